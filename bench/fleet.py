@@ -9,6 +9,7 @@
 --exclusive    two robots have an arm each, which exclude each other, on legs that they may drive at once
 --robots N     fewer robots
 --legs N       fewer legs
+--zones N      N no-go zones in rows between the legs and the rally points, around which every exit leads
 """
 
 import argparse
@@ -30,6 +31,7 @@ def read_arguments():
         parser.add_argument(f"--{flag}", action="store_true")
     parser.add_argument("--robots", type=int, default=8)
     parser.add_argument("--legs", type=int, default=40)
+    parser.add_argument("--zones", type=int, default=0)
     return parser.parse_args()
 
 
@@ -48,7 +50,35 @@ def print_system(options):
     print('    <link from="simulator.odometry" to="mapper.odometry" keep="50"/>')
     for robot in range(options.robots):
         print(f'    <link from="mapper.pose" to="way{robot}.pose"/>')
+    if options.zones:
+        print_planners(options)
     print("  </system>")
+
+
+def print_planners(options):
+    """Planners that drive around the zones of the map."""
+    print('    <component name="chart" kind="chart"/>')
+    for robot in range(options.robots):
+        print(f'    <component name="planner{robot}" kind="planner" rate="10Hz"/>')
+        for output, port in [
+            ("mapper.map", "map"),
+            ("mapper.pose", "pose"),
+            (f"way{robot}.goal", "goal"),
+            ("chart.zones", "zones"),
+        ]:
+            print(f'    <link from="{output}" to="planner{robot}.{port}"/>')
+
+
+def print_zones(options):
+    """A row of zones for each robot, with gaps of 1 m."""
+    width = 5 * options.legs * options.robots / options.zones
+    for zone in range(options.zones):
+        robot = zone * options.robots // options.zones
+        place = zone - -(-robot * options.zones // options.robots)
+        left, right = place * width, (place + 1) * width - 1
+        low, high = 20 * robot + 3, 20 * robot + 4
+        shape = f"{left:g},{low} {right:g},{low} {right:g},{high} {left:g},{high}"
+        print(f'      <zone name="z{zone}" kind="no-go" shape="{shape}"/>')
 
 
 def print_map(options):
@@ -58,6 +88,8 @@ def print_map(options):
         for point in range(options.legs + 1):
             print(f'      <point name="P{robot}-{point}" at="{5 * point} {y + point % 2}"/>')
         print(f'      <rally name="R{robot}" at="100 {y + 6}"/>')
+    if options.zones:
+        print_zones(options)
     print("    </map>")
 
 

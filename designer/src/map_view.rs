@@ -36,6 +36,7 @@ mod pointer;
 mod position_text;
 mod rehearsal;
 mod scene;
+mod scene_exits;
 mod shaping;
 mod shaping_form;
 mod state;

@@ -10,6 +10,7 @@ mod crossed;
 mod cut_short;
 mod dates;
 mod drawn;
+mod drawn_exits;
 mod drawn_zones;
 mod effectless;
 mod ending;
@@ -228,7 +229,7 @@ fn by_itself(
         twice::check_implied(mission, findings);
         let is_whole =
             configuration.mission.as_ref().is_some_and(|main| std::ptr::eq(main, mission));
-        drawn::check(mission, is_whole, findings);
+        drawn::check(mission, system, is_whole, findings);
         entrances::check(mission, findings);
         endless::check(mission, findings);
         effectless::check(mission, findings);

@@ -237,7 +237,7 @@ codes! {
     }
     "Routes over the known grid" from Ground {
         PathBlocked = "E0318", "a drive to which the known grid has no path";
-        RallyFarther = "W0319", "a rally point that is not the nearest by path";
+        RallyFarther = "W0319", "a rally point that is not the nearest over the grid";
         GridUnreadable = "E0320", "a grid of the map that cannot be read";
     }
     "Guards and variables" from File {

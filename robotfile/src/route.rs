@@ -4,12 +4,14 @@
 
 pub(crate) mod clear;
 mod drives;
+mod exit_paths;
 mod exits;
 mod leading;
 mod net;
 mod pieces;
 
 pub use drives::{DrivePurpose, RouteDrive, list_drives};
+pub(crate) use exit_paths::{ExitPath, ExitPaths};
 pub(crate) use exits::{ExitTarget, find_exit_target};
 pub(crate) use leading::find_firings;
 pub(crate) use net::{add_nets, find_partner, name_piece, name_wait};

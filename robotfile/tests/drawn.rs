@@ -196,11 +196,81 @@ fn a_meeting_is_one_transition_of_both_routes() {
     assert_eq!(met.count(), 1);
 }
 
+/// A planner that drives around the zones of a chart, for a mover `way`.
+const AROUND: &str = "<component name='chart' kind='chart'/><component name='planner' \
+    kind='planner'/><link from='way.goal' to='planner.goal'/>\
+    <link from='chart.zones' to='planner.zones'/></system>";
+
+/// A U that is open to the right around the first leg, with a rally point behind its back, one above
+/// its upper arm, and one far ahead.
+const U_SHAPED: &str = "<point name='P0' at='2 5'/><point name='P1' at='8 5'/>
+    <zone name='u' kind='no-go' shape='0,0 10,0 10,1 1,1 1,9 10,9 10,10 0,10'/>
+    <rally name='behind' at='-1 5'/><rally name='above' at='8 12'/><rally name='ahead' at='40 5'/>";
+
+fn u_shaped(legs: &str, system: &str) -> String {
+    let text = file("", legs).replace(MARKS, U_SHAPED);
+    text.replace("</system>", system)
+}
+
+const ONE_LEG: &str = "<leg name='l1' to='P1' by='2min'/><otherwise on='blocked late' do='rally'/>";
+
 #[test]
-fn the_rally_point_is_the_nearest_one_with_a_free_path() {
-    let wall = "<zone name='wall' kind='no-go' shape='-0.6,-3 -0.4,-3 -0.4,3 -0.6,3'/>";
-    let walled = mission(&file(wall, LEGS));
-    assert_eq!(arcs(&walled, "red.l1.blocked"), "red.l1 -> red.l1.to-R2");
+fn the_rally_point_is_the_nearest_one_by_path() {
+    let text = u_shaped(ONE_LEG, AROUND);
+    // On the straight line that behind the back is nearest; to that ahead all paths are straight.
+    let drawn = mission(&text);
+    assert_eq!(arcs(&drawn, "red.l1.blocked"), "red.l1 -> red.l1.to-above");
+    // The same drawing gives the same net; a leg that is inserted changes only its own places.
+    let inserted = ONE_LEG.replace("<otherwise", "<leg name='l2' to='P0'/><otherwise");
+    let longer = mission(&u_shaped(&inserted, AROUND));
+    for name in ["red.l1.blocked", "red.l1.late"] {
+        assert_eq!(arcs(&longer, name), arcs(&drawn, name));
+    }
+    assert_eq!(format!("{:?}", mission(&text).places), format!("{:?}", drawn.places));
+    // Without the one above, the way around to that behind is still shorter than that ahead.
+    let without = text.replace("<rally name='above' at='8 12'/>", "");
+    assert_eq!(arcs(&mission(&without), "red.l1.blocked"), "red.l1 -> red.l1.to-behind");
+    let nearer = without.replace("'40 5'", "'18 5'");
+    assert_eq!(arcs(&mission(&nearer), "red.l1.blocked"), "red.l1 -> red.l1.to-ahead");
+}
+
+#[test]
+fn a_path_around_a_zone_needs_a_robot_that_knows_it() {
+    let found = |text: &str| -> Vec<(Code, String)> {
+        let findings = read_text(text).findings;
+        findings.iter().map(|it| (it.code, it.remedy.clone())).collect()
+    };
+    assert_eq!(found(&u_shaped(ONE_LEG, AROUND)), []);
+    let instead = "drives around it; or write to=\"ahead\"";
+    for system in [
+        "</system>",
+        // The planner knows no zones, or others.
+        &AROUND.replace("<link from='chart.zones' to='planner.zones'/>", ""),
+        &AROUND.replace(
+            "<component name='chart' kind='chart'/>",
+            "<component name='chart' \
+            kind='chart'><parameter name='zones' value='z no-go circle 0,0 1m'/></component>",
+        ),
+        // It is not the planner of this mover.
+        &AROUND.replace("'way.goal'", "'path.goal'"),
+    ] {
+        let found = found(&u_shaped(ONE_LEG, system));
+        assert!(
+            matches!(&found[..], [(Code::ExitIntrudes, advice)] if advice.ends_with(instead)),
+            "{found:?}"
+        );
+    }
+    let named = ONE_LEG.replace("do='rally'", "do='rally' to='ahead'");
+    assert_eq!(found(&u_shaped(&named, "</system>")), []);
+    // A ring: no path leads out of it, and what is nearest on the straight line is the finding.
+    let ring = "<zone name='lid' kind='no-go' shape='9.5,0.5 11,0.5 11,9.5 9.5,9.5'/>";
+    let text = u_shaped(ONE_LEG, AROUND)
+        .replace("<rally name='behind'", &format!("{ring}<rally name='behind'"));
+    let found = found(&text);
+    assert!(
+        matches!(&found[..], [(Code::ExitIntrudes, advice)] if advice.starts_with("draw a rally")),
+        "{found:?}"
+    );
 }
 
 #[test]

@@ -235,9 +235,9 @@ fn paint_exits(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
         let is_selected = (looks.is_selected)(exit.of);
         let colour = if is_selected { looks.colours.accent } else { looks.colours.weak };
         let stroke = Stroke::new(if is_selected { 2.0 } else { 1.0 }, colour);
-        let ends = [sight.at(exit.from), sight.at(exit.to)];
-        if sight.window.intersects(Rect::from_two_pos(ends[0], ends[1]).expand(1.0)) {
-            painter.extend(Shape::dashed_line(&ends, stroke, 3.0, 4.0));
+        let points: Vec<Pos2> = exit.points.iter().map(|point| sight.at(*point)).collect();
+        if sight.window.intersects(Rect::from_points(&points).expand(1.0)) {
+            painter.extend(Shape::dashed_line(&points, stroke, 3.0, 4.0));
         }
     }
 }

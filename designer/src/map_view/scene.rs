@@ -1,7 +1,6 @@
 //! What is drawn on the map, as data: a model of the file becomes items with positions and texts,
 //! from back to front. Nothing here knows the window.
 
-use std::collections::HashMap;
 use std::sync::Arc;
 
 use armor_geo::{MapArea, MapPoint};
@@ -13,6 +12,7 @@ use crate::canvas::Mark;
 use crate::item::Item;
 use crate::map_view::camera::{MapBounds, map_point};
 use crate::map_view::corner::Corner;
+use crate::map_view::scene_exits::{ExitTargets, SceneExit};
 use crate::map_view::symbol_picture::{SymbolPicture, SymbolPictures};
 use crate::mission::marks::Marks;
 
@@ -101,16 +101,6 @@ pub enum Outline {
     },
 }
 
-/// The path from a step to the point where the robot goes when the step ends early.
-pub struct SceneExit {
-    /// The step.
-    pub of: Item,
-    /// Its point that is farthest from there.
-    pub from: MapPoint,
-    /// The rally point, or the start of the route.
-    pub to: MapPoint,
-}
-
 /// Where a position is shown while it is being dragged.
 pub type Displaced<'a> = &'a dyn Fn(Corner, MapPoint) -> MapPoint;
 
@@ -125,7 +115,12 @@ impl MapScene {
         let mut scene = Self::default();
         let Some(map) = &mission.map else { return scene };
         scene.add_areas(map, marks, displaced);
-        let exits = ExitTargets::of(mission);
+        let mut points = map.points.iter().chain(&map.rallies);
+        let is_still = points.all(|point| {
+            let drawn = point.position.value.point;
+            find_shown(map, &point.name.value, displaced).is_none_or(|shown| shown == drawn)
+        });
+        let exits = ExitTargets::of(mission, is_still);
         for route in &mission.routes {
             scene.add_route(route, &exits, map, marks, displaced);
         }
@@ -213,7 +208,9 @@ impl MapScene {
             for target in exits.of_step(name, &step.name().value) {
                 let Some(to) = find(target) else { continue };
                 let from = if start.distance_m(to) > end.distance_m(to) { start } else { end };
-                self.exits.push(SceneExit { of, from, to });
+                let around = exits.around(name, &step.name().value, target);
+                let points = around.map_or_else(|| vec![from, to], <[MapPoint]>::to_vec);
+                self.exits.push(SceneExit { of, points });
             }
         }
     }
@@ -360,32 +357,6 @@ fn find_shown(map: &SiteMap, name: &str, displaced: Displaced<'_>) -> Option<Map
     found.map(|(item, at)| displaced(Corner { item, number: 0 }, at))
 }
 
-/// The points to which the exits of each step lead: its net has a place `route.step.to-POINT` for
-/// each.
-struct ExitTargets<'a>(HashMap<&'a str, Vec<&'a str>>);
-
-impl<'a> ExitTargets<'a> {
-    fn of(mission: &'a Mission) -> Self {
-        let mut found: HashMap<&str, Vec<&str>> = HashMap::new();
-        for place in &mission.places {
-            let name = place.name.value.as_str();
-            let mut dots = name.match_indices('.').map(|(at, _)| at);
-            let (Some(_), Some(end)) = (dots.next(), dots.next()) else { continue };
-            let last = name.rsplit('.').next().unwrap_or_default();
-            let Some(target) = last.strip_prefix("to-") else { continue };
-            let targets = found.entry(&name[..end]).or_default();
-            if !targets.contains(&target) {
-                targets.push(target);
-            }
-        }
-        Self(found)
-    }
-
-    fn of_step(&self, route: &str, step: &str) -> &[&'a str] {
-        self.0.get(format!("{route}.{step}").as_str()).map_or(&[], Vec::as_slice)
-    }
-}
-
 /// A step in a few words: `l1 → door, 0.9m/s`.
 fn describe_step(step: &RouteStep) -> String {
     match step {
@@ -462,7 +433,7 @@ mod tests {
         assert!(matches!(scene.items[3].shape, SceneShape::Stop { row: 1, .. }));
         let exit = scene.exits.iter().find(|exit| exit.of == Item::step("red", "l1"));
         let exit = exit.expect("the leg has an exit");
-        assert_eq!((exit.from, exit.to), (at(10.0, 0.0), at(-1.0, 0.0)));
+        assert_eq!(exit.points, [at(10.0, 0.0), at(-1.0, 0.0)]);
         assert_eq!(scene.bounds(), MapBounds::of([at(-1.0, 0.0), at(15.0, 5.0), at(15.0, 3.0)]));
     }
 
@@ -473,7 +444,7 @@ mod tests {
         let leg = scene.find(Item::step("red", "l2")).expect("the leg back");
         let SceneShape::Leg { from, to } = leg.shape else { panic!("a leg is one") };
         assert_eq!((from, to), (Some(at(5.0, 5.0)), at(0.0, 0.0)));
-        assert!(scene.exits.iter().any(|exit| exit.from == at(5.0, 5.0)));
+        assert!(scene.exits.iter().any(|exit| exit.points[0] == at(5.0, 5.0)));
     }
 
     #[test]

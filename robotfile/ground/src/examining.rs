@@ -99,8 +99,8 @@ fn report_obstacle(drive: &RouteDrive<'_>, obstacle: &Obstacle) -> Finding {
     }
 }
 
-/// Reports exits to the rally point that is nearest on the straight line, where another one is nearer by
-/// path.
+/// Reports exits to the rally point that is nearest on the drawing, where another one is nearer over the
+/// grid.
 fn find_nearer_rallies(
     drives: &[RouteDrive<'_>],
     grounds: &RouteGrounds<'_>,
@@ -108,7 +108,7 @@ fn find_nearer_rallies(
 ) {
     let mut measured = MeasuredPaths { kept: BTreeMap::new(), bytes: 0 };
     for drive in drives {
-        let DrivePurpose::Exit { exit, point, others } = &drive.purpose else { continue };
+        let DrivePurpose::Exit { exit, point, others, .. } = &drive.purpose else { continue };
         let Some(open) = grounds.of(drive.radius()).filter(|_| !others.is_empty()) else {
             continue;
         };
@@ -123,8 +123,8 @@ fn find_nearer_rallies(
         };
         let (step, own, other) = (&drive.step.value, &point.name.value, &nearest.name.value);
         let message = format!(
-            "from {step} the path to {other} is {length_m:.1} m long, and that to {own}, which is \
-             nearer on the straight line and is taken, {own_m:.1} m"
+            "from {step} the path over the grid to {other} is {length_m:.1} m long, and that to {own}, \
+             which is nearer on the drawing and is taken, {own_m:.1} m"
         );
         let finding = Finding::new(Code::RallyFarther, &drive.step.at, message);
         findings.push(

@@ -124,7 +124,11 @@ fn every_exit_has_a_path_from_every_end_of_its_leg() {
 fn a_rally_point_that_is_nearer_by_path_is_named() {
     let near = "<rally name='R1' at='6.5 0.5'/><rally name='R2' at='1.5 6.5'/>";
     let route = "><leg name='l1' to='P2' by='1min'/><otherwise on='blocked late' do='rally'/>";
-    expect_one(&examine(&ROOMS, near, route), Code::RallyFarther, "from l1 the path to R2 is");
+    expect_one(
+        &examine(&ROOMS, near, route),
+        Code::RallyFarther,
+        "from l1 the path over the grid to R2 is",
+    );
     let named = route.replace("do='rally'", "do='rally' to='R2'");
     assert_eq!(examine(&ROOMS, near, &named), []);
 }

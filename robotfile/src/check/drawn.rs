@@ -1,35 +1,35 @@
-//! What is drawn: names that exist once, points that exist, and legs and exits that keep their
-//! distance from zones and lines.
+//! What is drawn: names that exist once, points that exist, and legs that keep their distance from zones
+//! and lines.
 
 use std::collections::BTreeSet;
 
 use armor_geo::{Clearance, MapPoint};
 
+use crate::check::drawn_exits::{ExitSite, check_exits, describe_intrusion};
 use crate::check::names::KnownNames;
 use crate::code::Code;
-use crate::drawn_route::{DrawnMeet, DrawnRoute, ExitAction, ExitCause, RouteExit, RouteStep};
+use crate::drawn_route::{DrawnMeet, DrawnRoute, ExitAction, ExitCause, RouteStep};
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::mission::Mission;
-use crate::route::clear::{PathFault, find_exit_fault, find_leg_fault};
-use crate::route::{
-    ExitTarget, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_exit_target, find_firings,
-    find_partner, name_piece,
-};
+use crate::model::System;
+use crate::route::clear::{PathFault, find_leg_fault};
+use crate::route::{ExitPaths, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_partner};
 use crate::site_map::{LineKind, SiteMap, ZoneKind};
 use crate::source::Spanned;
 use crate::suggestion::suggest_similar;
-use crate::trace::FiringTrace;
 
 /// Checks the map of a mission and its routes. `is_whole`: whether it is the mission that is played, and
-/// not one that it includes, so that names of its transitions are those of firings.
-pub(super) fn check(mission: &Mission, is_whole: bool, findings: &mut Findings) {
+/// not one that it includes, so that names of its transitions are those of firings, and its zones those
+/// that robots obey.
+pub(super) fn check(mission: &Mission, system: &System, is_whole: bool, findings: &mut Findings) {
     let map = mission.map.as_ref();
     if let Some(map) = map {
         KnownNames::collect("mark", Code::DrawnTwice, map.names(), findings);
     }
     let names = mission.routes.iter().map(|route| &route.name);
     KnownNames::collect("route", Code::DrawnTwice, names, findings);
+    let mut paths = ExitPaths::new(map);
     for route in &mission.routes {
         let steps = route.steps.iter().map(RouteStep::name);
         KnownNames::collect("step", Code::DrawnTwice, steps, findings);
@@ -38,7 +38,13 @@ pub(super) fn check(mission: &Mission, is_whole: bool, findings: &mut Findings) 
         check_meetings(route, &mission.routes, findings);
         // A point that is misspelt is somewhere else.
         if let Some(map) = map.filter(|_| named) {
-            check_paths(route, map, mission, is_whole, findings);
+            let pieces = divide_into_pieces(route, Some(map));
+            // More are a finding already.
+            if pieces.len() <= MAX_ROUTE_PIECES {
+                check_legs(route, &pieces, map, findings);
+                let site = ExitSite { mission, map, system, is_whole };
+                check_exits(route, &pieces, site, &mut paths, findings);
+            }
         }
     }
 }
@@ -146,19 +152,13 @@ fn check_meetings(route: &DrawnRoute, routes: &[DrawnRoute], findings: &mut Find
     }
 }
 
-/// The legs of a route, and the exits from each.
-fn check_paths(
+/// The legs of a route.
+fn check_legs(
     route: &DrawnRoute,
+    pieces: &[RoutePiece<'_>],
     map: &SiteMap,
-    mission: &Mission,
-    is_whole: bool,
     findings: &mut Findings,
 ) {
-    let pieces = divide_into_pieces(route, Some(map));
-    // That is a finding already.
-    if pieces.len() > MAX_ROUTE_PIECES {
-        return;
-    }
     for (number, step) in route.steps.iter().enumerate() {
         let parts: Vec<_> = pieces.iter().filter(|piece| piece.step == number).collect();
         let (Some(first), Some(last)) = (parts.first(), parts.last()) else { continue };
@@ -171,17 +171,6 @@ fn check_paths(
         if let Some(fault) = find_leg_fault(map, start, end, route.radius) {
             findings.push(report_leg(&leg.name, &leg.to, &fault, route.radius));
         }
-    }
-    for piece in &pieces {
-        let Some((mut finding, target)) = check_exits(route, piece, map) else { continue };
-        if is_whole {
-            let here = name_piece(route, piece).value;
-            let drive = format!("{here}.to-{target}");
-            if let Some(firings) = find_firings(mission, &here, &drive) {
-                finding = finding.trace(FiringTrace { firings, ..FiringTrace::default() });
-            }
-        }
-        findings.push(finding);
     }
 }
 
@@ -235,59 +224,5 @@ fn report_leg(
                 .remedy(remedy)
                 .related(&line.shape.at, "this line")
         }
-    }
-}
-
-/// `enters school`, `enters school or comes nearer to it than 2.3 m`.
-fn describe_intrusion(zone: &str, margin: Clearance, radius: Clearance) -> String {
-    let keep_m = margin.metres() + radius.metres();
-    if keep_m > 0.0 {
-        // Without the digits that only rounding gives.
-        let shown = (keep_m * 1e4).round() / 1e4;
-        format!("enters {zone}, or comes nearer to it than {shown} m")
-    } else {
-        format!("enters {zone}")
-    }
-}
-
-/// The first exit from the piece whose path is not clear, and the point that it leads to.
-fn check_exits<'a>(
-    route: &DrawnRoute,
-    piece: &RoutePiece<'_>,
-    map: &'a SiteMap,
-) -> Option<(Finding, &'a str)> {
-    let ends = piece.known_ends()?;
-    let faulty = route.exits.iter().find_map(|exit| {
-        let ExitTarget::Point(point) = find_exit_target(route, exit, piece, Some(map)) else {
-            return None;
-        };
-        let fault = find_exit_fault(map, ends, point.position.value.point, route.radius)?;
-        Some((exit, point, fault))
-    });
-    let (exit, point, fault) = faulty?;
-    let step = route.steps[piece.step].name();
-    let path = format!("the path to {} from some point of {}", point.name.value, step.value);
-    let (message, at) = match fault {
-        PathFault::Enters(zone) => {
-            let intrusion = describe_intrusion(&zone.name.value, zone.margin, route.radius);
-            (format!("{path} {intrusion}"), &zone.area.at)
-        }
-        PathFault::Leaves(zone) => (format!("{path} leaves {}", zone.name.value), &zone.area.at),
-        PathFault::Crosses(line) => (format!("{path} crosses {}", line.name.value), &line.shape.at),
-    };
-    let finding = Finding::new(Code::ExitIntrudes, &step.at, message);
-    let finding = finding
-        .remedy(advise_exit(exit))
-        .related(&exit.action.at, "this exit")
-        .related(at, "this is on the path");
-    Some((finding, &point.name.value))
-}
-
-fn advise_exit(exit: &RouteExit) -> &'static str {
-    match exit.action.value {
-        ExitAction::Home => {
-            "draw a rally point on this side, and write do=\"rally\"; or do=\"hold\""
-        }
-        _ => "draw a rally point on this side of it; or write do=\"hold\"",
     }
 }

@@ -2,7 +2,7 @@
 
 use armor_geo::{Clearance, MapArea, MapPoint, MapPolygon, MapSegment, PointLocation};
 
-use crate::site_map::{DrawnLine, DrawnPoint, DrawnZone, LineKind, SiteMap, ZoneKind};
+use crate::site_map::{DrawnLine, DrawnZone, LineKind, SiteMap, ZoneKind};
 
 /// What a path does that it must not do.
 #[derive(Clone, Copy, Debug)]
@@ -72,7 +72,7 @@ fn find_fault<'a>(
 }
 
 /// The margin and the radius; the sum of two lengths of the map's size is one, too.
-fn add_radius(margin: Clearance, radius: Clearance) -> Clearance {
+pub(crate) fn add_radius(margin: Clearance, radius: Clearance) -> Clearance {
     margin.plus(radius).unwrap_or(margin)
 }
 
@@ -83,31 +83,6 @@ fn has_corner_in(area: &MapArea, triangle: &MapPolygon) -> bool {
         MapArea::Circle(circle) => Some(circle.centre()),
     };
     corner.is_some_and(|corner| triangle.locate(corner) != PointLocation::Outside)
-}
-
-/// Returns the rally point whose distance from the worst point of a leg is least, of those with a
-/// clear path if there is one; and whether its path is clear. The worst point is an end of the leg:
-/// the distance from a point is convex along it.
-pub(crate) fn choose_rally(
-    map: &SiteMap,
-    (start, end): (MapPoint, MapPoint),
-    radius: Clearance,
-) -> Option<(&DrawnPoint, bool)> {
-    let distance_m = |rally: &DrawnPoint| {
-        let there = rally.position.value.point;
-        start.distance_m(there).max(end.distance_m(there))
-    };
-    let mut nearest: Vec<_> = map.rallies.iter().collect();
-    // A stable sort: the first of equals.
-    nearest.sort_by(|one, other| distance_m(one).total_cmp(&distance_m(other)));
-    let is_clear = |rally: &&&DrawnPoint| {
-        let there = rally.position.value.point;
-        find_exit_fault(map, (start, end), there, radius).is_none()
-    };
-    match nearest.iter().find(is_clear) {
-        Some(rally) => Some((rally, true)),
-        None => nearest.first().map(|rally| (*rally, false)),
-    }
 }
 
 #[cfg(test)]

@@ -1,13 +1,13 @@
 //! The drives of a mission's routes: its legs, and those to rally points.
 
-use armor_geo::{Clearance, MapPoint};
+use armor_geo::{Clearance, MapPoint, ShortestPath};
 
 use crate::drawn_route::{DrawnRoute, ExitAction, RouteExit, RouteStep};
 use crate::mission::Mission;
-use crate::route::clear::find_exit_fault;
+use crate::route::exit_paths::{ExitPath, ExitPaths};
 use crate::route::exits::{ExitTarget, find_exit_target};
 use crate::route::pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};
-use crate::site_map::{DrawnPoint, SiteMap};
+use crate::site_map::DrawnPoint;
 use crate::source::Spanned;
 
 /// A drive of a route.
@@ -39,8 +39,11 @@ pub enum DrivePurpose<'a> {
         exit: &'a RouteExit,
         /// The point.
         point: &'a DrawnPoint,
+        /// The longest path to it, from the worst point of the step, where paths lead around zones; none
+        /// if all of them are straight, or none was found.
+        around: Option<ShortestPath>,
         /// The other rally points that could be taken instead: the nearest one is, and the straight
-        /// paths to these are clear, too.
+        /// paths to these are clear, too; or lead around zones, as those to the nearest one do.
         others: Vec<&'a DrawnPoint>,
     },
 }
@@ -57,6 +60,7 @@ impl RouteDrive<'_> {
 pub fn list_drives(mission: &Mission) -> Vec<RouteDrive<'_>> {
     let mut drives = Vec::new();
     let Some(map) = &mission.map else { return drives };
+    let mut paths = ExitPaths::new(Some(map));
     for route in &mission.routes {
         let pieces = divide_into_pieces(route, Some(map));
         // That is a finding.
@@ -70,7 +74,7 @@ pub fn list_drives(mission: &Mission) -> Vec<RouteDrive<'_>> {
                 let from = [start, start];
                 drives.push(RouteDrive { route, step: step.name(), from, to, purpose });
             }
-            add_exits(route, piece, map, &mut drives);
+            add_exits(route, piece, &mut paths, &mut drives);
         }
     }
     drives
@@ -79,13 +83,14 @@ pub fn list_drives(mission: &Mission) -> Vec<RouteDrive<'_>> {
 fn add_exits<'a>(
     route: &'a DrawnRoute,
     piece: &RoutePiece<'a>,
-    map: &'a SiteMap,
+    paths: &mut ExitPaths<'a>,
     drives: &mut Vec<RouteDrive<'a>>,
 ) {
     let Some((start, end)) = piece.known_ends() else { return };
+    let rallies = paths.map().map(|map| map.rallies.as_slice()).unwrap_or_default();
     let mut seen: Vec<&str> = Vec::new();
     for exit in &route.exits {
-        let ExitTarget::Point(point) = find_exit_target(route, exit, piece, Some(map)) else {
+        let ExitTarget::Point(point) = find_exit_target(route, exit, piece, paths) else {
             continue;
         };
         if seen.contains(&point.name.value.as_str()) {
@@ -93,19 +98,28 @@ fn add_exits<'a>(
         }
         seen.push(&point.name.value);
         let is_chosen = exit.action.value == ExitAction::Rally && exit.to.is_none();
+        let there = point.position.value.point;
+        let around = match paths.find_path((start, end), there, route.radius) {
+            ExitPath::Around(longest) => Some(longest),
+            ExitPath::Straight | ExitPath::Blocked => None,
+        };
         let is_other = |rally: &&DrawnPoint| {
+            let there = rally.position.value.point;
             is_chosen
                 && rally.name.value != point.name.value
-                && find_exit_fault(map, (start, end), rally.position.value.point, route.radius)
-                    .is_none()
+                && match paths.find_path((start, end), there, route.radius) {
+                    ExitPath::Straight => true,
+                    ExitPath::Around(_) => around.is_some(),
+                    ExitPath::Blocked => false,
+                }
         };
-        let others = map.rallies.iter().filter(is_other).collect();
+        let others = rallies.iter().filter(is_other).collect();
         drives.push(RouteDrive {
             route,
             step: route.steps[piece.step].name(),
             from: [start, end],
-            to: point.position.value.point,
-            purpose: DrivePurpose::Exit { exit, point, others },
+            to: there,
+            purpose: DrivePurpose::Exit { exit, point, around, others },
         });
     }
 }

@@ -17,8 +17,9 @@ use crate::mission::{
 };
 use crate::model::Parameter;
 use crate::read::MAX_ELEMENTS;
+use crate::route::exit_paths::ExitPaths;
 use crate::route::pieces::{MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces};
-use crate::site_map::{DrawnLine, SiteMap};
+use crate::site_map::DrawnLine;
 use crate::source::Spanned;
 use early_ends::Limits;
 
@@ -27,6 +28,7 @@ use early_ends::Limits;
 pub(crate) fn add_nets(mission: &mut Mission, findings: &mut Findings) {
     let routes = std::mem::take(&mut mission.routes);
     let map = mission.map.take();
+    let mut paths = ExitPaths::new(map.as_ref());
     for (number, route) in routes.iter().enumerate() {
         // The second of a name is a finding, and would be findings of its places as well.
         if routes[..number].iter().any(|other| other.name.value == route.name.value) {
@@ -36,7 +38,7 @@ pub(crate) fn add_nets(mission: &mut Mission, findings: &mut Findings) {
             route,
             others: &routes,
             pieces: divide_into_pieces(route, map.as_ref()),
-            map: map.as_ref(),
+            paths,
             safe: route.safe.clone().or_else(|| mission.safe.clone()),
             places: Vec::new(),
             transitions: Vec::new(),
@@ -46,6 +48,8 @@ pub(crate) fn add_nets(mission: &mut Mission, findings: &mut Findings) {
             mission.places.len() + net.places.len() <= MAX_ELEMENTS
                 && mission.transitions.len() + net.transitions.len() <= MAX_ELEMENTS
         };
+        let (places, transitions) = (net.places, net.transitions);
+        paths = net.paths;
         if !fits {
             let message = format!(
                 "with this route, the mission has more than {MAX_ELEMENTS} places or transitions, \
@@ -56,10 +60,10 @@ pub(crate) fn add_nets(mission: &mut Mission, findings: &mut Findings) {
             (mission.unreadable.in_start, mission.unreadable.in_moves) = (true, true);
             continue;
         }
-        let RouteNet { places, transitions, .. } = net;
         mission.places.extend(places);
         mission.transitions.extend(transitions);
     }
+    drop(paths);
     (mission.routes, mission.map) = (routes, map);
 }
 
@@ -67,7 +71,7 @@ struct RouteNet<'a> {
     route: &'a DrawnRoute,
     others: &'a [DrawnRoute],
     pieces: Vec<RoutePiece<'a>>,
-    map: Option<&'a SiteMap>,
+    paths: ExitPaths<'a>,
     /// Where a robot ends that cannot continue.
     safe: Option<Spanned<String>>,
     places: Vec<Place>,
@@ -176,7 +180,7 @@ impl<'a> RouteNet<'a> {
         if first.is_none_or(|first| first.name.value != self.route.name.value) {
             return;
         }
-        let pieces = divide_into_pieces(partner, self.map);
+        let pieces = divide_into_pieces(partner, self.paths.map());
         let Some(index) = pieces.iter().position(|piece| piece.step == at) else { return };
         let theirs = name_piece(partner, &pieces[index]);
         let after = name_after(partner, &pieces, index);

@@ -185,29 +185,32 @@ impl<'a> Driving<'a> {
         turn_rad: Option<f64>,
     ) -> DriveTime {
         let own = leg.speed.as_ref().and_then(|speed| parse_speed(&speed.value));
-        self.time(own.or(self.robot.usual_mps), from, to, turn_rad)
+        self.time(own.or(self.robot.usual_mps), &[from, to], turn_rad)
     }
 
-    /// The time of a drive to a rally point, at the usual speed, in whatever direction.
-    pub(crate) fn exit_time(&self, from: MapPoint, to: MapPoint) -> DriveTime {
-        self.time(self.robot.usual_mps, from, to, None)
+    /// The time of a drive to a rally point through these points, at the usual speed, in whatever
+    /// direction.
+    pub(crate) fn exit_time(&self, points: &[MapPoint]) -> DriveTime {
+        self.time(self.robot.usual_mps, points, None)
     }
 
     fn time(
         &self,
         speed_mps: Option<f64>,
-        from: MapPoint,
-        to: MapPoint,
+        points: &[MapPoint],
         turn_rad: Option<f64>,
     ) -> DriveTime {
-        let Some(speed_mps) = speed_mps else {
+        let (Some(speed_mps), [from, .., to]) = (speed_mps, points) else {
             return DriveTime { least_ns: 0, nominal_ns: None, most_ns: None };
         };
         let tolerance = self.route.tolerance;
-        let straight_m = from.distance_m(to);
-        let length_m = self.lengths.length_m(from, to, self.route.radius).max(straight_m);
+        let straight_m = from.distance_m(*to);
+        let through_m: f64 = points.windows(2).map(|part| part[0].distance_m(part[1])).sum();
+        let length_m = self.lengths.length_m(*from, *to, self.route.radius).max(through_m);
         let least_s = straight_m / (speed_mps * (1.0 + tolerance));
-        let (slow_m, slow_s) = self.slow_part(speed_mps, from, to);
+        let slow_parts = points.windows(2).map(|part| self.slow_part(speed_mps, part[0], part[1]));
+        let (slow_m, slow_s) = slow_parts
+            .fold((0.0, 0.0), |(sum_m, sum_s), (more_m, more_s)| (sum_m + more_m, sum_s + more_s));
         let rest_m = (length_m - slow_m).max(0.0);
         let stops_s =
             self.robot.base.start_and_stop_s(length_m, speed_mps) + self.robot.mover_period_s;

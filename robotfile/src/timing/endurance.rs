@@ -6,7 +6,8 @@ use crate::drawn_route::{DrawnRoute, RouteStep};
 use crate::mission::Mission;
 use crate::model::System;
 use crate::route::{
-    ExitTarget, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces, find_exit_target,
+    ExitPath, ExitPaths, ExitTarget, MAX_ROUTE_PIECES, RoutePiece, divide_into_pieces,
+    find_exit_target,
 };
 use crate::source::Location;
 use crate::timing::course::as_nanoseconds;
@@ -68,6 +69,7 @@ pub(crate) fn find_endurance_gap(
         return None;
     }
     let driving = Driving::new(route, map, system, lengths);
+    let mut paths = ExitPaths::new(map);
     let mut used_ns = 0;
     for piece in &pieces {
         let name = route.steps[piece.step].name();
@@ -80,12 +82,12 @@ pub(crate) fn find_endurance_gap(
             return Some(EnduranceGap::Empty { step, used_ns, exit: None, at });
         }
         for exit in &route.exits {
-            let ExitTarget::Point(point) = find_exit_target(route, exit, piece, map) else {
+            let ExitTarget::Point(point) = find_exit_target(route, exit, piece, &mut paths) else {
                 continue;
             };
             let there = point.position.value.point;
             let to = point.name.value.clone();
-            match exit_ns(&driving, piece, there) {
+            match exit_ns(&driving, &mut paths, piece, there) {
                 Some(drive_ns) if used_ns + drive_ns <= endurance_ns => {}
                 Some(drive_ns) => {
                     let exit = Some((to, drive_ns));
@@ -133,10 +135,20 @@ fn longest_ns(driving: &Driving<'_>, piece: &RoutePiece<'_>) -> Result<i128, Ope
 }
 
 /// The longest time of a drive to a point from anywhere on a piece.
-fn exit_ns(driving: &Driving<'_>, piece: &RoutePiece<'_>, there: MapPoint) -> Option<i128> {
+fn exit_ns(
+    driving: &Driving<'_>,
+    paths: &mut ExitPaths<'_>,
+    piece: &RoutePiece<'_>,
+    there: MapPoint,
+) -> Option<i128> {
     let limit_ns = driving.route.rally_by.as_ref().map(|by| as_nanoseconds(by.value));
     let drive_ns = piece.known_ends().and_then(|(start, end)| {
-        let from = |here| driving.exit_time(here, there).most_ns;
+        if let ExitPath::Around(longest) =
+            paths.find_path((start, end), there, driving.route.radius)
+        {
+            return driving.exit_time(&longest.points).most_ns;
+        }
+        let from = |here| driving.exit_time(&[here, there]).most_ns;
         Some(from(start)?.max(from(end)?))
     });
     match (limit_ns, drive_ns) {

@@ -104,7 +104,7 @@ impl<'a> RouteNet<'a> {
         piece: &RoutePiece<'a>,
         exit: Option<&RouteExit>,
     ) -> Option<Spanned<String>> {
-        let target = exit.map(|exit| find_exit_target(self.route, exit, piece, self.map));
+        let target = exit.map(|exit| find_exit_target(self.route, exit, piece, &mut self.paths));
         match target {
             None | Some(ExitTarget::Safe) => self.safe.clone(),
             Some(ExitTarget::Missing) => None,
