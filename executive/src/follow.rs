@@ -1,4 +1,4 @@
-//! Follows the versions of the file that configd keeps: a thread polls for newer ones.
+//! Follows the versions of the file that configd keeps: a thread waits for newer ones.
 
 use crate::event::ControllerEvent;
 use crate::hub::ExecutiveInput;
@@ -8,22 +8,34 @@ use std::sync::Arc;
 use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-/// Time between two polls: short enough for a user who has just saved a file.
+/// Longest time between two looks: what wakes the thread may have failed.
 const LOOK_EVERY: Duration = Duration::from_millis(250);
 
-/// Finds the newest stored version, if it is newer than a given one.
+/// Finds the newest stored version, if it is newer than a given one, and waits for the next.
 #[derive(Clone)]
-pub struct Newer(Arc<dyn Fn(u64) -> Option<Version> + Send + Sync>);
+pub struct Newer {
+    find: Arc<dyn Fn(u64) -> Option<Version> + Send + Sync>,
+    wait: Arc<dyn Fn(Duration) + Send + Sync>,
+}
 
 impl Newer {
-    /// `find` receives the number of the newest known version.
-    pub fn new(find: impl Fn(u64) -> Option<Version> + Send + Sync + 'static) -> Self {
-        Self(Arc::new(find))
+    /// `find` receives the number of the newest known version; `wait` returns when there may be a
+    /// newer one, after the given time at the latest.
+    pub fn new(
+        find: impl Fn(u64) -> Option<Version> + Send + Sync + 'static,
+        wait: impl Fn(Duration) + Send + Sync + 'static,
+    ) -> Self {
+        Self { find: Arc::new(find), wait: Arc::new(wait) }
     }
 
     /// Returns the newest version, if it is newer than `known`.
     pub fn than(&self, known: u64) -> Option<Version> {
-        (self.0)(known)
+        (self.find)(known)
+    }
+
+    /// Waits until there may be a newer version, at most so long.
+    pub fn wait(&self, at_most: Duration) {
+        (self.wait)(at_most);
     }
 }
 
@@ -44,7 +56,7 @@ pub(crate) fn follow(newer: Newer, mut known: u64, inputs: Sender<ExecutiveInput
                     return;
                 }
             }
-            std::thread::sleep(LOOK_EVERY);
+            newer.wait(LOOK_EVERY);
         }
     };
     if let Err(error) = std::thread::Builder::new().name("versions".into()).spawn(look) {

@@ -8,6 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
+use armor_configd::KeptWatch;
 use armor_executive::{ExecutiveOptions, GivenUpComponents, MissionOutcome, Newer};
 use armor_plan::{FileText, Plan, Version};
 use armor_robotfile::{Colours, Findings, Override};
@@ -23,7 +24,7 @@ use crate::verb::Verb;
 
 /// Longest time until configd, which starts at the same time, keeps the first version.
 const KEPT_WITHIN: Duration = Duration::from_secs(10);
-/// Interval of the checks for it.
+/// Longest time between two looks for it.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 /// Run the executive alone.
@@ -112,11 +113,13 @@ fn run_executive(arguments: &ExecutiveArguments) -> Result<ExitCode> {
 
 /// The versions of `file` that configd keeps.
 fn kept_in(folder: PathBuf, file: PathBuf) -> Newer {
-    Newer::new(move |known| {
+    let watch = KeptWatch::of(folder.clone());
+    let find = move |known| {
         let kept = armor_configd::newer_than(known, &folder, &file)?;
         let files = kept.files.into_iter().map(|(path, text)| FileText { path, text });
         Some(Version { number: kept.number, files: files.collect() })
-    })
+    };
+    Newer::new(find, move |at_most| watch.wait(at_most))
 }
 
 /// Returns the version that configd keeps at the start; none if it keeps nothing.
@@ -126,7 +129,7 @@ fn first_kept(newer: &Newer, stop: &AtomicBool) -> Option<Version> {
         if let Some(version) = newer.than(0) {
             return Some(version);
         }
-        std::thread::sleep(LOOK_EVERY);
+        newer.wait(LOOK_EVERY);
     }
     None
 }
