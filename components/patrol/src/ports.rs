@@ -74,6 +74,12 @@ impl Patrol {
         Ok(())
     }
 
+    fn publish_goal(&mut self, now_s: f64, Point2 { x_m, y_m }: Point2) -> Result<(), Fault> {
+        let goal = build_stamped_pose(now_s, FRAME, Pose2::new(x_m, y_m, 0.0));
+        self.armor.send_data("goal", &goal)?;
+        Ok(())
+    }
+
     fn end_progress(&mut self, now_s: f64) -> Result<(), Fault> {
         if let Some(progress) = self.pace.end(now_s) {
             self.armor.send_data("progress", &progress)?;
@@ -99,7 +105,7 @@ impl Component for Patrol {
     const PARAMETERS: &'static [Parameter] = PatrolParameters::DECLARED;
     const PORTS: &'static [(&'static str, &'static str)] = &[
         ("pose", "where the robot is on the map"),
-        ("goal", "the next waypoint, again at every tick"),
+        ("goal", "the next waypoint: with the first pose, and again at every tick"),
         ("progress", "waypoint, lap and the straight distance to the waypoint, once per second"),
     ];
 
@@ -129,7 +135,12 @@ impl Component for Patrol {
         let pose: PoseWithCovarianceStamped = data.decode()?;
         self.frames.frame_seen(&pose.frame);
         if self.frames.is_usable(FRAME) {
+            let is_first = !self.rounds.is_robot_known();
             self.rounds.robot_seen(read_robot_pose(&pose).point());
+            // The robot need not wait for the next tick.
+            if let Some(waypoint) = self.rounds.waypoint().filter(|_| is_first) {
+                self.publish_goal(self.armor.timestamp(), waypoint)?;
+            }
         }
         Ok(())
     }
@@ -169,9 +180,8 @@ impl Component for Patrol {
             PatrolStep::Stuck => {
                 Outcome::Failed("not one waypoint of a lap could be reached".into())
             }
-            PatrolStep::Goto(Point2 { x_m, y_m }) => {
-                let goal = build_stamped_pose(now_s, FRAME, Pose2::new(x_m, y_m, 0.0));
-                self.armor.send_data("goal", &goal)?;
+            PatrolStep::Goto(waypoint) => {
+                self.publish_goal(now_s, waypoint)?;
                 Outcome::CarryOn
             }
         })
@@ -211,6 +221,23 @@ mod tests {
         let expected =
             [event("waypoint", 1.0), event("waypoint", 2.0), event("lap", 1.0), ReportKind::Done];
         assert_eq!(patrol.reports(), expected);
+        Ok(())
+    }
+
+    #[test]
+    fn the_first_goal_of_an_activation_follows_the_first_pose() -> Result<(), TestError> {
+        let mut patrol = TestedComponent::build::<Patrol>(&[("route", "2,1")])?;
+        for activation in 1..=2 {
+            patrol.start()?;
+            assert_eq!(patrol.outputs::<PoseStamped>("goal")?.len(), activation - 1);
+            for _ in 0..3 {
+                patrol.send("pose", &PoseWithCovarianceStamped::default())?;
+            }
+            let goals = patrol.outputs::<PoseStamped>("goal")?;
+            assert_eq!(goals.len(), activation, "the others wait for the tick");
+            assert_eq!(goals.last().map(|goal| goal.pose.position.x), Some(2.0));
+            patrol.stop()?;
+        }
         Ok(())
     }
 

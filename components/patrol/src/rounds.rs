@@ -81,9 +81,19 @@ impl Rounds {
         }
     }
 
+    /// Returns whether it is known where the robot is.
+    pub fn is_robot_known(&self) -> bool {
+        self.robot.is_some()
+    }
+
     /// Takes the robot's position on the map.
     pub fn robot_seen(&mut self, robot: Point2) {
         self.robot = Some(robot);
+    }
+
+    /// Returns the waypoint that is next; `None` between two laps and after the last one.
+    pub fn waypoint(&self) -> Option<Point2> {
+        self.route.get(self.next).copied()
     }
 
     /// Decides at time `now_s`.
@@ -114,7 +124,7 @@ impl Rounds {
     /// Returns how far the patrol has come; `None` between two laps, after the last one, and
     /// without a route.
     pub fn progress(&self) -> Option<PatrolProgress> {
-        let goal = *self.route.get(self.next)?;
+        let goal = self.waypoint()?;
         let PatrolSettings { laps, .. } = self.settings;
         let per_lap = self.route.len() as f64;
         let left_behind = f64::from(self.laps) * per_lap + self.next as f64;

@@ -11,6 +11,9 @@ const CHANGED_S: f64 = 0.5;
 const RENEW_S: f64 = 1.0;
 /// A goal that moved further than this is planned for immediately, in metres.
 const GOAL_MOVED_M: f64 = 0.1;
+/// Before the next tick, a path is planned no more often than this, in seconds: a goal that moves
+/// with every message, such as one that is dragged, costs no more than the ticks.
+const EAGER_S: f64 = 0.1;
 /// How far into the closed border of a wall the robot or its goal may be, in metres.
 const BORDER_M: f64 = 0.5;
 
@@ -100,9 +103,18 @@ impl PlannedPath {
         &self.poses
     }
 
+    /// Returns whether a path to this goal is wanted and was not planned just now.
+    pub(crate) fn leads_elsewhere(&self, goal: Point2, now_s: f64) -> bool {
+        self.has_moved(goal) && (now_s - self.planned_s).abs() >= EAGER_S
+    }
+
+    fn has_moved(&self, goal: Point2) -> bool {
+        self.goal.is_none_or(|planned| planned.distance_m(goal) > GOAL_MOVED_M)
+    }
+
     fn is_due(&self, goal: Point2, now_s: f64) -> bool {
         let age_s = (now_s - self.planned_s).abs();
-        let moved = self.goal.is_none_or(|planned| planned.distance_m(goal) > GOAL_MOVED_M);
+        let moved = self.has_moved(goal);
         moved || age_s >= RENEW_S || (self.map_changed && age_s >= CHANGED_S)
     }
 

@@ -114,6 +114,13 @@ impl Planning {
         self.goals[rank as usize] = goal.is_finite().then_some((now_s, goal));
     }
 
+    /// Returns whether the path leads elsewhere than to the goal that has priority, so that another
+    /// one is wanted before the next tick.
+    pub fn is_path_wanted(&self, now_s: f64) -> bool {
+        let goal = self.freshest_goal(now_s).filter(|_| self.robot.is_some());
+        goal.is_some_and(|goal| self.path.leads_elsewhere(goal.point(), now_s))
+    }
+
     /// Forgets everything that lies in the map frame: its origin is another place.
     pub fn forget_frame(&mut self) {
         self.forget_goals();

@@ -82,7 +82,7 @@ impl Component for Planner {
         ),
         (
             "path",
-            "the path to the goal, at every tick while one is fresh: from where the robot was \
+            "the path to the goal, as soon as it is another one and at every tick while one is fresh: from where the robot was \
              when it was planned to the goal's heading; empty if no path exists, and once when the \
              goal ends",
         ),
@@ -144,7 +144,11 @@ impl Component for Planner {
         if self.refuses(&goal.frame) {
             return Ok(());
         }
-        self.planning.goal_seen(self.armor.timestamp(), rank, read_pose(&goal.pose));
+        let now_s = self.armor.timestamp();
+        self.planning.goal_seen(now_s, rank, read_pose(&goal.pose));
+        if self.planning.is_path_wanted(now_s) {
+            self.publish_path(now_s)?;
+        }
         Ok(())
     }
 
@@ -157,12 +161,7 @@ impl Component for Planner {
             Call::Stopping => self.planning.forget_goals(),
             _ => {}
         }
-        self.check_zones();
-        let now_s = self.armor.timestamp();
-        if let Some(poses) = self.planning.step(now_s) {
-            let frame = self.frames.frame().unwrap_or("map");
-            self.armor.send_data("path", &build_path(now_s, frame, poses))?;
-        }
+        self.publish_path(self.armor.timestamp())?;
         if self.frames.take_change() {
             return Ok(PlannerEvent::FrameChanged.into());
         }
@@ -175,6 +174,16 @@ impl Component for Planner {
 }
 
 impl Planner {
+    /// Publishes the path to the goal that has priority, if there is one.
+    fn publish_path(&mut self, now_s: f64) -> Result<(), Fault> {
+        self.check_zones();
+        if let Some(poses) = self.planning.step(now_s) {
+            let frame = self.frames.frame().unwrap_or("map");
+            self.armor.send_data("path", &build_path(now_s, frame, poses))?;
+        }
+        Ok(())
+    }
+
     /// Takes the frame of a pose or a map; what is known of another epoch is dropped.
     fn frame_seen(&mut self, frame: &str) {
         match self.frames.frame_seen(frame) {
@@ -277,6 +286,26 @@ mod tests {
         send_goal(&mut planner, "map#3f2a")?;
         assert!(planner.last_output::<Path>("path")?.poses.len() > 2);
         assert_eq!(planner.reports(), [changed], "it is reported once");
+        Ok(())
+    }
+
+    #[test]
+    fn another_goal_gets_its_path_before_the_next_tick() -> Result<(), TestError> {
+        let mut planner = TestedComponent::build::<Planner>(&[])?;
+        planner.start()?;
+        send_map_and_pose(&mut planner, "map")?;
+        let mut end_of_path = |x_m: f64, later: Duration| -> Result<(f64, usize), TestError> {
+            planner.pass_time(later);
+            let goal = build_stamped_pose(0.0, "map", Pose2::new(x_m, 3.0, 0.0));
+            planner.send("goal", &goal)?;
+            let end = planner.last_output::<Path>("path")?.poses.last().map(|it| it.pose.position);
+            Ok((end.map_or(f64::NAN, |at| at.x), planner.outputs::<Path>("path")?.len()))
+        };
+        assert_eq!(end_of_path(3.0, TICK)?, (3.0, 1));
+        assert_eq!(end_of_path(3.0, TICK)?, (3.0, 1), "the same goal waits for the tick");
+        assert_eq!(end_of_path(2.0, TICK)?, (2.0, 2));
+        assert_eq!(end_of_path(1.0, TICK / 2)?, (2.0, 2), "not with every message");
+        assert_eq!(end_of_path(1.0, TICK)?, (1.0, 3));
         Ok(())
     }
 
