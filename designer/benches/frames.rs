@@ -2,28 +2,29 @@
 //! shapes and their triangles, at 1920 × 1080, without a GPU. `cargo bench -p armor-designer
 //! --bench frames`.
 
+#[path = "../tests/ui/still_system.rs"]
+mod still_system;
+
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use armor_designer::export::Stage;
 use armor_designer::{Command, Designer, Kinds, Settings, Start, View};
-use armor_inspect::{MissionLook, ParameterClient, SystemEvent, SystemPicture};
-use armor_marking::{MarkedPlace, Marking, MarkingStage};
+use armor_inspect::{MissionLook, ParameterClient};
+use armor_marking::{MarkedPlace, Marking};
 use armor_picture::canvas::RgbCanvas;
 use armor_sdk::configuration::ParameterList;
-use armor_sdk::control::{Answer, OutputStatus, RunState, Status};
-use armor_sdk::directory::DirectoryChange;
 use armor_sdk::messages::{
     Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, TrackedObject, Tracks,
     Vector3,
 };
 use armor_wire::manifest::{Manifest, PortManifest};
-use armor_wire::registry::ComponentEntry;
 use eframe::egui::{
     Context, Event, Modifiers, MouseWheelSource, MouseWheelUnit, Pos2, TouchPhase, Vec2,
 };
 use rustix::time::{ClockId, clock_gettime};
+use still_system::{playing, radar};
 
 /// Blocks and links of the large robot.
 const BLOCKS: usize = 1000;
@@ -97,7 +98,7 @@ fn measure_live(name: &str, file: PathBuf) {
         None,
     );
     let live = &mut designer.workspace().live;
-    live.show_still(a_picture(), MissionLook::of(a_marking()), parameters).expect("a thread");
+    live.show_still(radar(), MissionLook::of(a_marking()), parameters).expect("a thread");
     designer.run(Command::ToggleProgress, &context);
     let mut step = 0;
     let mut drive = |designer: &mut Designer| {
@@ -335,84 +336,7 @@ fn a_marking() -> Marking {
         active: true,
         waits_for: Vec::new(),
     };
-    Marking {
-        stamp: 0.0,
-        mission: "large".into(),
-        now_at_s: 25.0,
-        clock: String::new(),
-        stage: MarkingStage::Playing,
-        why: String::new(),
-        places: (0..ROUTES).map(place).collect(),
-        in_flight: Vec::new(),
-        enabled: Vec::new(),
-        waiting: Vec::new(),
-        variables: Vec::new(),
-        guards: Vec::new(),
-        dates: Vec::new(),
-        components: Vec::new(),
-        fired: 0,
-        history: Vec::new(),
-        late_reports: 0,
-        unheard_reports: 0,
-        unwritten_orders: 0,
-        pause: None,
-        holder: None,
-        link_lost_at_s: None,
-        confirmations: Vec::new(),
-        orders: Vec::new(),
-        version: 0,
-        version_since_at_s: 0.0,
-        change: None,
-    }
-}
-
-/// A radar that publishes tracks.
-fn a_picture() -> SystemPicture {
-    let mut picture = SystemPicture::default();
-    let entry = ComponentEntry {
-        name: "radar".into(),
-        kind: "block".into(),
-        instance: 1,
-        pid: 7,
-        host: "here".into(),
-        endpoint: "127.0.0.1:1".into(),
-    };
-    let output = OutputStatus {
-        id: "tracks".into(),
-        data: "radar.tracks".into(),
-        type_name: "Tracks".into(),
-        published: 1,
-        published_bytes: 0,
-        links: Vec::new(),
-    };
-    let status = Status {
-        name: "radar".into(),
-        kind: "block".into(),
-        state: RunState::Active,
-        activation: 1,
-        controllable: true,
-        uptime_s: 1.0,
-        exec_calls: 0,
-        skipped_ticks: 0,
-        skipped_share: 0.0,
-        clock_offset_s: 0.0,
-        clock_error_s: None,
-        last_error: String::new(),
-        untaken_events: 0,
-        time_s: 0.0,
-        busy: false,
-        call: None,
-        outputs: vec![output],
-        inputs: Vec::new(),
-    };
-    for event in [
-        SystemEvent::Registry(DirectoryChange::Appeared(entry)),
-        SystemEvent::Connected("radar".into(), 1),
-        SystemEvent::Answered("radar".into(), 1, Answer::Status { request: 1, status }),
-    ] {
-        picture.handle_event(event, Duration::ZERO);
-    }
-    picture
+    Marking { places: (0..ROUTES).map(place).collect(), ..playing("large", 25.0) }
 }
 
 /// Along the first legs of a route, with turns.

@@ -26,6 +26,7 @@ mod playback;
 mod properties;
 mod refused;
 mod remedies;
+mod still_system;
 mod typing;
 mod undo;
 mod unread;

@@ -22,6 +22,7 @@ use eframe::egui::{self, MouseWheelSource, MouseWheelUnit, TouchPhase};
 use egui_kittest::kittest::Queryable;
 
 use crate::ui::Window;
+use crate::ui::still_system::{self, entry, playing};
 
 const ROBOT: &str = r#"<armor version="1">
   <system name="bench">
@@ -46,17 +47,6 @@ const ROBOT: &str = r#"<armor version="1">
   </mission>
 </armor>
 "#;
-
-fn entry(name: &str) -> ComponentEntry {
-    ComponentEntry {
-        name: name.into(),
-        kind: "bench".into(),
-        instance: 1,
-        pid: 7,
-        host: "here".into(),
-        endpoint: "127.0.0.1:1".into(),
-    }
-}
 
 /// What the eye and the arm say of themselves, at a time and with so many data sent.
 fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
@@ -91,24 +81,10 @@ fn status(name: &str, uptime_s: f64, sent: u64) -> Status {
         problem: String::new(),
     };
     Status {
-        name: name.into(),
-        kind: "bench".into(),
-        state: RunState::Active,
-        activation: 1,
-        controllable: true,
         uptime_s,
-        exec_calls: 0,
-        skipped_ticks: 0,
-        skipped_share: 0.0,
-        clock_offset_s: 0.0,
-        clock_error_s: None,
-        last_error: String::new(),
-        untaken_events: 0,
-        time_s: 0.0,
-        busy: false,
-        call: None,
         outputs: if name == "eye" { vec![output] } else { Vec::new() },
         inputs: if name == "arm" { vec![input] } else { Vec::new() },
+        ..still_system::status(name)
     }
 }
 
@@ -154,38 +130,19 @@ pub(super) fn marking() -> Marking {
         held: false,
     };
     Marking {
-        // No clock has been received, so no time passes in the test.
-        stamp: 0.0,
-        mission: "bench".into(),
-        now_at_s: 30.0,
-        clock: String::new(),
-        stage: MarkingStage::Playing,
-        why: String::new(),
         places: vec![MarkedPlace {
             place: "explore".into(),
             tokens: 1,
             active: true,
             waits_for: Vec::new(),
         }],
-        in_flight: Vec::new(),
         enabled: vec![
             enabled("recall", FiringDecider::Operator, 0.0),
             enabled("land", FiringDecider::Confirmation, 0.0),
             enabled("late", FiringDecider::Mission, 90.0),
         ],
-        waiting: Vec::new(),
-        variables: Vec::new(),
-        guards: Vec::new(),
-        dates: Vec::new(),
-        components: Vec::new(),
         fired: 1,
         history: vec![Fired { transition: "began".into(), fired_at_s: 0.0 }],
-        late_reports: 0,
-        unheard_reports: 0,
-        unwritten_orders: 0,
-        pause: None,
-        holder: None,
-        link_lost_at_s: None,
         confirmations: vec![Confirmation {
             transition: "land".into(),
             asked_at_s: 20.0,
@@ -193,10 +150,8 @@ pub(super) fn marking() -> Marking {
             unanswered: UnansweredAction::Decline,
             put_off: false,
         }],
-        orders: Vec::new(),
         version: 1,
-        version_since_at_s: 0.0,
-        change: None,
+        ..playing("bench", 30.0)
     }
 }
 

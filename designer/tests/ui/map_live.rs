@@ -1,24 +1,20 @@
 //! A mission on the map while it runs: robots, legs, tracks, progress and orders.
 
-use std::time::Duration;
-
-use armor_inspect::{MissionLook, ParameterClient, SystemEvent, SystemPicture};
+use armor_inspect::{MissionLook, ParameterClient};
 use armor_marking::{
     EnabledTransition, Fired, FiringDecider, MarkedPlace, Marking, MarkingStage, Paused,
 };
 use armor_sdk::configuration::ParameterList;
-use armor_sdk::control::{Answer, OutputStatus, RunState, Status};
-use armor_sdk::directory::DirectoryChange;
 use armor_sdk::messages::{
     Point, Pose, PoseWithCovariance, PoseWithCovarianceStamped, Quaternion, TrackedObject, Tracks,
     Vector3,
 };
-use armor_wire::registry::ComponentEntry;
 use eframe::egui::{Key, vec2};
 use egui_kittest::kittest::Queryable;
 
 use crate::ui::Window;
 use crate::ui::map::map;
+use crate::ui::still_system::{playing, radar};
 
 /// Two legs of 10 m at 1 m/s, past a pit.
 pub(super) const DRIVEN: &str = r#"<armor version="1">
@@ -63,85 +59,12 @@ pub(super) fn marking() -> Marking {
     let place =
         MarkedPlace { place: "red.l2".into(), tokens: 1, active: true, waits_for: Vec::new() };
     Marking {
-        // No clock has been received, so no time passes in the test.
-        stamp: 0.0,
-        mission: "drive".into(),
-        now_at_s: 15.0,
-        clock: String::new(),
-        stage: MarkingStage::Playing,
-        why: String::new(),
         places: vec![place],
-        in_flight: Vec::new(),
         enabled: vec![enabled("red.l2.recall"), enabled("abort")],
-        waiting: Vec::new(),
-        variables: Vec::new(),
-        guards: Vec::new(),
-        dates: Vec::new(),
-        components: Vec::new(),
         fired: 1,
         history: vec![Fired { transition: "red.l1.done".into(), fired_at_s: 12.0 }],
-        late_reports: 0,
-        unheard_reports: 0,
-        unwritten_orders: 0,
-        pause: None,
-        holder: None,
-        link_lost_at_s: None,
-        confirmations: Vec::new(),
-        orders: Vec::new(),
-        version: 0,
-        version_since_at_s: 0.0,
-        change: None,
+        ..playing("drive", 15.0)
     }
-}
-
-/// A radar that publishes tracks.
-fn picture() -> SystemPicture {
-    let mut picture = SystemPicture::default();
-    let entry = ComponentEntry {
-        name: "radar".into(),
-        kind: "bench".into(),
-        instance: 1,
-        pid: 7,
-        host: "here".into(),
-        endpoint: "127.0.0.1:1".into(),
-    };
-    let output = OutputStatus {
-        id: "tracks".into(),
-        data: "radar.tracks".into(),
-        type_name: "Tracks".into(),
-        published: 1,
-        published_bytes: 0,
-        links: Vec::new(),
-    };
-    let status = Status {
-        name: "radar".into(),
-        kind: "bench".into(),
-        state: RunState::Active,
-        activation: 1,
-        controllable: true,
-        uptime_s: 1.0,
-        exec_calls: 0,
-        skipped_ticks: 0,
-        skipped_share: 0.0,
-        clock_offset_s: 0.0,
-        clock_error_s: None,
-        last_error: String::new(),
-        untaken_events: 0,
-        time_s: 0.0,
-        busy: false,
-        call: None,
-        outputs: vec![output],
-        inputs: Vec::new(),
-    };
-    let events = [
-        SystemEvent::Registry(DirectoryChange::Appeared(entry)),
-        SystemEvent::Connected("radar".into(), 1),
-        SystemEvent::Answered("radar".into(), 1, Answer::Status { request: 1, status }),
-    ];
-    for event in events {
-        picture.handle_event(event, Duration::ZERO);
-    }
-    picture
 }
 
 pub(super) fn pose(frame: &str, x: f64, y: f64) -> PoseWithCovarianceStamped {
@@ -159,7 +82,7 @@ fn driving(marking: Marking) -> Window {
         ParameterList { version: 1, refused: false, parameters: Vec::new() },
         None,
     );
-    live.show_still(picture(), MissionLook::of(marking), parameters).unwrap();
+    live.show_still(radar(), MissionLook::of(marking), parameters).unwrap();
     shows(&mut window, "eye.pose", &pose("map", 10.0, 4.0));
     window.key(Key::P);
     shows(&mut window, "eye.pose", &pose("map", 10.0, 4.0));
