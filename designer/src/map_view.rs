@@ -2,8 +2,8 @@
 //!
 //! The pure parts know no window: `camera.rs` is which part is shown, `scene.rs` makes items with
 //! positions of the model, `position_text.rs` writes positions as the file has them, `edits.rs`
-//! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs` and
-//! `triangles.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
+//! changes the file. [`MapView`] shows it: `painting.rs` with `hatching.rs`, `symbol_picture.rs`,
+//! `triangles.rs` and `mesh_batch.rs` paints, `hit.rs` finds what is at a point, `pointer.rs` turns gestures into
 //! `actions.rs`, `panel.rs` is what is selected, `palette.rs` tools and `layers.rs`, `leg_labels.rs`
 //! finds room for the texts of legs, `shaping.rs` changes what is selected by numbers and draws
 //! patterns, `fragment.rs` copies and pastes, `others.rs` shows drawings of other files, `stops.rs` adds stays and meetings, `movers.rs` finds what drives a route, `malformed.rs` draws zones that cross themselves, `pictures.rs` the
@@ -22,6 +22,7 @@ mod layers;
 mod leg_labels;
 mod live;
 mod malformed;
+mod mesh_batch;
 mod model;
 mod movers;
 mod names;

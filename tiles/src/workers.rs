@@ -81,8 +81,11 @@ impl Workers {
         requests.queue = wanted.into();
         let TileRequests { queue, running, .. } = &mut *requests;
         queue.retain(|(key, _)| !running.contains(key));
+        let is_idle = queue.is_empty();
         drop(requests);
-        self.shared.changed.notify_all();
+        if !is_idle {
+            self.shared.changed.notify_all();
+        }
     }
 
     /// The next tile that was decoded, without waiting.

@@ -27,20 +27,26 @@ pub(super) fn places_beside(from: Pos2, to: Pos2) -> impl Iterator<Item = (Align
 }
 
 /// Whether a line passes through an area.
-pub(super) fn meets(area: Rect, [from, to]: [Pos2; 2]) -> bool {
+pub(super) fn meets(area: Rect, line: [Pos2; 2]) -> bool {
+    shares_within(area, line).is_some()
+}
+
+/// The shares of a line at which it enters an area and leaves it; none if it does not pass through
+/// (Liang & Barsky, ACM Transactions on Graphics 3, 1984).
+pub(super) fn shares_within(area: Rect, [from, to]: [Pos2; 2]) -> Option<[f32; 2]> {
     let (way, mut first, mut last) = (to - from, 0.0_f32, 1.0_f32);
     for axis in 0..2 {
         let (low, high) = (area.min[axis] - from[axis], area.max[axis] - from[axis]);
         if way[axis].abs() < 1e-6 {
             if low > 0.0 || high < 0.0 {
-                return false;
+                return None;
             }
             continue;
         }
         let (one, other) = (low / way[axis], high / way[axis]);
         (first, last) = (first.max(one.min(other)), last.min(one.max(other)));
     }
-    first <= last
+    (first <= last).then_some([first, last])
 }
 
 #[cfg(test)]
@@ -55,5 +61,7 @@ mod tests {
         assert!(line([12.0, 12.0], [12.0, 12.0]) && line([0.0, 0.0], [24.0, 20.0]));
         assert!(!line([0.0, 15.0], [30.0, 15.0]) && !line([0.0, 12.0], [9.0, 12.0]));
         assert!(!line([0.0, 20.0], [9.0, 0.0]));
+        let shares = shares_within(area, [[0.0, 12.0].into(), [40.0, 12.0].into()]);
+        assert_eq!(shares, Some([0.25, 0.5]));
     }
 }

@@ -15,6 +15,7 @@ use crate::map_view::hatching::{hatch, inward_ticks, ticks};
 use crate::map_view::hit::{LEG_NUMBER, MapHit, SYMBOL_HEIGHT, Sight};
 use crate::map_view::layers::Layer;
 use crate::map_view::leg_labels::{leg_line, meets, places_beside};
+use crate::map_view::mesh_batch::MeshBatch;
 use crate::map_view::scene::{SceneItem, SceneShape};
 
 /// Distance of the lines of a no-go zone and of a zone with a speed.
@@ -39,6 +40,8 @@ pub struct Looks<'a> {
     pub hovered: Option<MapHit>,
     /// The corner that the keyboard acts on.
     pub corner: Option<MapHit>,
+    /// Whether lines stay lines, for a file of them.
+    pub keeps_lines: bool,
     /// The colours of the theme.
     pub colours: &'a ThemeColours,
 }
@@ -65,15 +68,17 @@ pub fn paint_lattice(painter: &Painter, camera: &Camera, window: Rect, colours: 
 /// Paints everything that is drawn.
 pub fn paint_scene(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
     let near = sight.camera.shown(sight.window).expand_m(60.0 / sight.camera.scale());
+    let mut batch = MeshBatch::new(painter, looks.keeps_lines);
     if sight.layers.is_shown(Layer::Exits) {
-        paint_exits(painter, sight, looks);
+        add_exits(&mut batch, sight, looks);
     }
     let is_near =
         |entry: &&SceneItem| entry.shape.bounds().is_some_and(|bounds| bounds.meets(&near));
     let shown: Vec<_> = sight.items().filter(is_near).collect();
     for entry in &shown {
-        paint_shape(painter, sight, looks, entry);
+        paint_shape(painter, sight, looks, entry, &mut batch);
     }
+    batch.paint(painter);
     let mut taken = TakenSpace::of(sight.window);
     // No text covers the sign of a point, nor, if there is another place, the line of another leg.
     let signs = shown
@@ -110,7 +115,13 @@ pub fn paint_scene(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
     }
 }
 
-fn paint_shape(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>, entry: &SceneItem) {
+fn paint_shape(
+    painter: &Painter,
+    sight: &Sight<'_>,
+    looks: &Looks<'_>,
+    entry: &SceneItem,
+    batch: &mut MeshBatch,
+) {
     let is_selected = (looks.is_selected)(entry.item);
     let is_hot = looks.hovered == Some(MapHit::Item(entry.item));
     let colour = colour_of(entry, looks);
@@ -119,24 +130,25 @@ fn paint_shape(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>, entry: &
     match &entry.shape {
         SceneShape::Zone { kind, outline } => {
             let corners: Vec<_> = outline.corners().into_iter().map(|at| sight.at(at)).collect();
-            paint_zone(painter, sight.window, *kind, &corners, stroke, looks.colours);
+            add_zone(batch, sight.window, *kind, &corners, stroke, looks.colours);
         }
         SceneShape::Line { kind, points } => {
             let points: Vec<_> = points.iter().map(|at| sight.at(*at)).collect();
-            paint_line(painter, sight.window, *kind, &points, stroke, looks.colours);
+            add_line(batch, sight.window, *kind, &points, stroke, looks.colours);
         }
         SceneShape::Leg { from: Some(from), to } => {
             let [from, to] = sight.leg_ends(*from, *to);
             let halo = Stroke::new(width + 3.0, looks.colours.background);
-            painter.line_segment([from, to], halo);
-            painter.line_segment([from, to], stroke);
-            paint_arrow(painter, from, to, stroke);
+            batch.add_shape(Shape::line_segment([from, to], halo), 1.0);
+            batch.add_shape(Shape::line_segment([from, to], stroke), 1.0);
+            add_arrow(batch, from, to, stroke);
         }
         SceneShape::Leg { from: None, .. } | SceneShape::Stop { .. } => {}
         SceneShape::Point(at) => {
             let at = sight.at(*at);
             let fill = if is_selected { colour } else { looks.colours.background };
             let size = POINT_RADIUS + if is_hot { 1.5 } else { 0.0 };
+            batch.paint(painter);
             painter.circle(at, size, fill, stroke);
             painter.circle_filled(at, 1.5, if is_selected { fill } else { colour });
         }
@@ -146,32 +158,33 @@ fn paint_shape(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>, entry: &
             let corners = [(0.0, -1.0), (0.87, 0.5), (-0.87, 0.5)];
             let corners = corners.map(|(x, y)| at + Vec2::new(x, y) * size).to_vec();
             let fill = if is_selected { colour } else { looks.colours.background };
-            painter.add(Shape::convex_polygon(corners, fill, stroke));
+            batch.add_shape(Shape::convex_polygon(corners, fill, stroke), 1.0);
         }
         SceneShape::Symbol { at, picture } => {
             let at = sight.at(*at);
-            let mut shapes = Vec::new();
             let area = match picture {
                 Some(picture) => {
-                    picture.shapes(at, SYMBOL_HEIGHT, &mut shapes);
+                    batch.add_symbol(picture, at, SYMBOL_HEIGHT, 1.0);
                     picture.area(at, SYMBOL_HEIGHT)
                 }
                 None => {
                     let area = Rect::from_center_size(at, Vec2::splat(SYMBOL_HEIGHT * 0.6));
-                    shapes.push(Shape::rect_stroke(area, 0.0, stroke, StrokeKind::Middle));
+                    let frame = Shape::rect_stroke(area, 0.0, stroke, StrokeKind::Middle);
+                    batch.add_shape(frame, 1.0);
                     area
                 }
             };
-            painter.extend(shapes);
             if is_selected || is_hot {
-                painter.rect_stroke(area.expand(3.0), 2.0, stroke, StrokeKind::Outside);
+                let area = area.expand(3.0);
+                let frame = Shape::rect_stroke(area, 2.0, stroke, StrokeKind::Outside);
+                batch.add_shape(frame, 1.0);
             }
         }
     }
 }
 
-fn paint_zone(
-    painter: &Painter,
+fn add_zone(
+    batch: &mut MeshBatch,
     window: Rect,
     kind: ZoneKind,
     corners: &[Pos2],
@@ -187,38 +200,40 @@ fn paint_zone(
         ZoneKind::StayIn => inward_ticks(corners, shown, TICKS.0, TICKS.1),
         ZoneKind::Observe => Vec::new(),
     };
-    painter.extend(lines.into_iter().map(|line| Shape::line_segment(line, thin)));
-    painter.add(Shape::line(closed.clone(), Stroke::new(stroke.width + 3.0, colours.background)));
+    batch.add_shapes(lines.into_iter().map(|line| Shape::line_segment(line, thin)));
+    let halo = Stroke::new(stroke.width + 3.0, colours.background);
+    batch.add_shape(Shape::line(closed.clone(), halo), 1.0);
     match kind {
-        ZoneKind::Observe => painter.extend(Shape::dashed_line(&closed, stroke, 8.0, 5.0)),
-        _ => _ = painter.add(Shape::line(closed, stroke)),
+        ZoneKind::Observe => batch.add_shapes(Shape::dashed_line(&closed, stroke, 8.0, 5.0)),
+        _ => batch.add_shape(Shape::line(closed, stroke), 1.0),
     }
 }
 
-fn paint_line(
-    painter: &Painter,
+fn add_line(
+    batch: &mut MeshBatch,
     window: Rect,
     kind: LineKind,
     points: &[Pos2],
     stroke: Stroke,
     colours: &ThemeColours,
 ) {
-    painter.add(Shape::line(points.to_vec(), Stroke::new(stroke.width + 3.0, colours.background)));
+    let halo = Stroke::new(stroke.width + 3.0, colours.background);
+    batch.add_shape(Shape::line(points.to_vec(), halo), 1.0);
     match kind {
-        LineKind::Phase => _ = painter.add(Shape::line(points.to_vec(), stroke)),
-        LineKind::Boundary => painter.extend(Shape::dashed_line(points, stroke, 14.0, 5.0)),
+        LineKind::Phase => batch.add_shape(Shape::line(points.to_vec(), stroke), 1.0),
+        LineKind::Boundary => batch.add_shapes(Shape::dashed_line(points, stroke, 14.0, 5.0)),
         LineKind::Limit => {
-            painter.add(Shape::line(points.to_vec(), stroke));
+            batch.add_shape(Shape::line(points.to_vec(), stroke), 1.0);
             for side in points.windows(2) {
                 let lines = ticks([side[0], side[1]], window.expand(20.0), TICKS.0, TICKS.1);
-                painter.extend(lines.into_iter().map(|line| Shape::line_segment(line, stroke)));
+                batch.add_shapes(lines.into_iter().map(|line| Shape::line_segment(line, stroke)));
             }
         }
     }
 }
 
 /// An arrow head at three quarters of the way, so that it is not under the point.
-fn paint_arrow(painter: &Painter, from: Pos2, to: Pos2, stroke: Stroke) {
+fn add_arrow(batch: &mut MeshBatch, from: Pos2, to: Pos2, stroke: Stroke) {
     let along = to - from;
     if along.length() < 24.0 {
         return;
@@ -227,17 +242,19 @@ fn paint_arrow(painter: &Painter, from: Pos2, to: Pos2, stroke: Stroke) {
     let tip = from + along * 0.75 + direction * 5.0;
     let side = Vec2::new(-direction.y, direction.x) * 5.0;
     let corners = vec![tip, tip - direction * 10.0 + side, tip - direction * 10.0 - side];
-    painter.add(Shape::convex_polygon(corners, stroke.color, Stroke::NONE));
+    batch.add_shape(Shape::convex_polygon(corners, stroke.color, Stroke::NONE), 1.0);
 }
 
-fn paint_exits(painter: &Painter, sight: &Sight<'_>, looks: &Looks<'_>) {
+fn add_exits(batch: &mut MeshBatch, sight: &Sight<'_>, looks: &Looks<'_>) {
     for exit in &sight.scene.exits {
         let is_selected = (looks.is_selected)(exit.of);
         let colour = if is_selected { looks.colours.accent } else { looks.colours.weak };
         let stroke = Stroke::new(if is_selected { 2.0 } else { 1.0 }, colour);
         let points: Vec<Pos2> = exit.points.iter().map(|point| sight.at(*point)).collect();
         if sight.window.intersects(Rect::from_points(&points).expand(1.0)) {
-            painter.extend(Shape::dashed_line(&points, stroke, 3.0, 4.0));
+            for piece in points.windows(2) {
+                batch.add_dashes([piece[0], piece[1]], stroke, 3.0, 4.0);
+            }
         }
     }
 }

@@ -1,6 +1,9 @@
 //! The panel at the right: what is selected on the map, in numbers and words. What is typed takes
 //! effect when the field is left.
 
+use std::collections::HashMap;
+
+use armor_geo::MapPoint;
 use armor_robotfile::drawn_route::{DrawnRoute, ExitAction, RouteStep};
 use armor_robotfile::site_map::{LineKind, SiteMap, ZoneKind};
 use armor_robotfile::tree::Element;
@@ -203,9 +206,10 @@ impl<'a> MapPanel<'a> {
             });
         }
         section(ui, "Routes");
+        let points = points_by_name(self.mission.map.as_ref());
         for route in &self.mission.routes {
             let item = Item::route(&route.name.value);
-            let length = route_length_m(route, self.mission.map.as_ref());
+            let length = route_length_m(route, &points);
             let text = match length {
                 Some(length_m) => format!("{} ({})", item, length_text(length_m)),
                 None => item.to_string(),
@@ -378,7 +382,7 @@ impl<'a> MapPanel<'a> {
         self.mission.routes.iter().find(|route| route.name.value == name)
     }
 
-    fn point(&self, name: &str) -> Option<armor_geo::MapPoint> {
+    fn point(&self, name: &str) -> Option<MapPoint> {
         let map = self.mission.map.as_ref()?;
         map.find_point(name).map(|point| point.position.value.point)
     }
@@ -404,9 +408,19 @@ impl<'a> MapPanel<'a> {
     }
 }
 
+/// The positions of points and rally points: a route names many of them.
+fn points_by_name(map: Option<&SiteMap>) -> HashMap<&str, MapPoint> {
+    let drawn = map.into_iter().flat_map(|map| map.points.iter().chain(&map.rallies));
+    let mut points = HashMap::new();
+    for point in drawn {
+        points.entry(point.name.value.as_str()).or_insert(point.position.value.point);
+    }
+    points
+}
+
 /// The length of all legs whose ends are known.
-fn route_length_m(route: &DrawnRoute, map: Option<&SiteMap>) -> Option<f64> {
-    let point = |name: &str| map?.find_point(name).map(|point| point.position.value.point);
+fn route_length_m(route: &DrawnRoute, points: &HashMap<&str, MapPoint>) -> Option<f64> {
+    let point = |name: &str| points.get(name).copied();
     let mut position = point(&route.start.as_ref()?.value)?;
     let mut length_m = 0.0;
     for step in &route.steps {

@@ -73,6 +73,8 @@ pub struct MapView {
     pub(super) live: LiveMap,
     /// The symbols of tracks.
     pub(super) live_symbols: SymbolPictures,
+    /// Whether lines stay lines when it is painted: for a file of them.
+    pub(super) keeps_lines: bool,
     /// When a wheel was turned last, in seconds.
     pub(super) wheel_turned: f64,
     /// Of other views; a map is no diagram.
@@ -161,6 +163,7 @@ impl MapView {
             others: OtherDrawings::default(),
             live: LiveMap::default(),
             live_symbols: SymbolPictures::default(),
+            keeps_lines: false,
             wheel_turned: f64::NEG_INFINITY,
             no_diagram: Diagram::default(),
         }

@@ -110,6 +110,7 @@ impl MapView {
             only: self.only(),
             hovered,
             corner: self.corner.map(MapHit::Corner),
+            keeps_lines: self.keeps_lines,
             colours,
         };
         self.paint_others(&painter, colours);
@@ -374,6 +375,7 @@ impl Pane for MapView {
         // Textures are those of one window.
         let pictures = std::mem::take(&mut self.pictures);
         self.pictures.follow();
+        self.keeps_lines = true;
         let result = export_shown(EXPORT_SIZE, path, is_dark, scale, |ui| {
             self.pictures.receive(ui.ctx(), workspace);
             self.follow_others(ui, workspace);
@@ -383,7 +385,7 @@ impl Pane for MapView {
             self.pictures.wait(ui.ctx(), workspace);
         });
         (self.camera, self.selection, self.pointer) = (shown, selected, pointer);
-        (self.pictures, self.window) = (pictures, window);
+        (self.pictures, self.window, self.keeps_lines) = (pictures, window, false);
         result
     }
 

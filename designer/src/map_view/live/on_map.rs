@@ -10,6 +10,7 @@ use crate::map_view::live::LiveMap;
 use crate::map_view::live::robots::{RobotPose, ShownRobot};
 use crate::map_view::live::tracks::ShownTrack;
 use crate::map_view::live::words::{late_text, stand_text};
+use crate::map_view::mesh_batch::MeshBatch;
 use crate::map_view::names::publish;
 use crate::map_view::painting::paint_note;
 use crate::map_view::state::MapView;
@@ -51,6 +52,7 @@ impl MapView {
     }
 
     fn paint_steps(&self, painter: &Painter, colours: &ThemeColours) {
+        let mut batch = MeshBatch::new(painter, self.keeps_lines);
         for step in self.live.progress.iter().flat_map(|progress| &progress.steps) {
             let [Some(from), Some(to)] = step.ends_at else { continue };
             if from == to {
@@ -58,20 +60,21 @@ impl MapView {
             }
             let ends = self.sight().leg_ends(from, to);
             match step.stand {
-                StepStand::Done => paint_done(painter, ends, colours.good),
+                StepStand::Done => add_done(&mut batch, ends, colours.good),
                 StepStand::Current => {
                     let [from, to] = ends;
                     let middle = from + (to - from) * 0.5;
-                    painter.line_segment(ends, Stroke::new(5.0, colours.accent));
-                    let along = (to - from).normalized();
-                    painter.arrow(middle, along * 14.0, Stroke::new(5.0, colours.accent));
+                    let stroke = Stroke::new(5.0, colours.accent);
+                    batch.add_shape(Shape::line_segment(ends, stroke), 1.0);
+                    batch.paint(painter);
+                    painter.arrow(middle, (to - from).normalized() * 14.0, stroke);
                 }
                 StepStand::Coming => {
-                    let stroke = Stroke::new(3.5, colours.weak);
-                    painter.extend(Shape::dashed_line(&ends, stroke, 8.0, 7.0));
+                    batch.add_dashes(ends, Stroke::new(3.5, colours.weak), 8.0, 7.0);
                 }
             }
         }
+        batch.paint(painter);
     }
 
     fn paint_robot(
@@ -116,7 +119,7 @@ impl MapView {
     }
 
     fn paint_tracks(&mut self, painter: &Painter, colours: &ThemeColours, now_s: f64) {
-        let mut shapes = Vec::new();
+        let mut symbols = MeshBatch::new(painter, self.keeps_lines);
         let mut names = Vec::new();
         let mut pictures = std::mem::take(&mut self.live_symbols);
         for (id, track) in self.live.tracks.tracks() {
@@ -125,25 +128,24 @@ impl MapView {
                 continue;
             }
             let visibility = track.visibility(now_s).max(0.15);
-            let first = shapes.len();
             if track.speed_mps() > 0.0 {
                 let ahead =
                     track.velocity_mps.map(|mps| (mps * AHEAD_S * self.camera.scale()) as f32);
                 let ends = [at, at + Vec2::new(ahead[0], -ahead[1])];
-                shapes.push(Shape::line_segment(ends, Stroke::new(1.5, colours.text)));
+                let line = Shape::line_segment(ends, Stroke::new(1.5, colours.text));
+                symbols.add_shape(line, visibility);
             }
             match pictures.find(&track.sidc) {
-                Some(picture) => picture.shapes(at, TRACK_HEIGHT, &mut shapes),
+                Some(picture) => symbols.add_symbol(&picture, at, TRACK_HEIGHT, visibility),
                 // A code without a meaning: a cross in a circle.
-                None => shapes.extend(unknown_mark(at, colours.text)),
-            }
-            for shape in &mut shapes[first..] {
-                fade(shape, visibility);
+                None => unknown_mark(at, colours.text)
+                    .into_iter()
+                    .for_each(|shape| symbols.add_shape(shape, visibility)),
             }
             names.push((at, track_text(id, track, now_s), visibility));
         }
         self.live_symbols = pictures;
-        painter.extend(shapes);
+        symbols.paint(painter);
         for (at, text, visibility) in names {
             let below = at + Vec2::new(0.0, TRACK_HEIGHT * 0.8);
             let font = egui::FontId::proportional(armor_picture::theme::SMALL);
@@ -207,16 +209,16 @@ impl LiveMap {
     }
 }
 
-/// A line with ticks across it.
-fn paint_done(painter: &Painter, [from, to]: [Pos2; 2], colour: Color32) {
-    let stroke = Stroke::new(3.5, colour);
-    painter.line_segment([from, to], stroke);
+/// Adds a line with ticks across it.
+fn add_done(batch: &mut MeshBatch, [from, to]: [Pos2; 2], colour: Color32) {
+    batch.add_shape(Shape::line_segment([from, to], Stroke::new(3.5, colour)), 1.0);
     let (length, along) = ((to - from).length(), (to - from).normalized());
     let across = along.rot90() * TICKS.1;
     let count = (length / TICKS.0).floor().min(500.0) as usize;
     for number in 1..=count {
         let at = from + along * TICKS.0 * number as f32;
-        painter.line_segment([at - across, at + across], Stroke::new(1.5, colour));
+        let tick = [at - across, at + across];
+        batch.add_shape(Shape::line_segment(tick, Stroke::new(1.5, colour)), 1.0);
     }
 }
 
@@ -237,10 +239,4 @@ fn unknown_mark(at: Pos2, colour: Color32) -> [Shape; 3] {
     let line =
         |up: f32| Shape::line_segment([at + Vec2::new(-arm, up), at + Vec2::new(arm, -up)], stroke);
     [Shape::circle_stroke(at, radius, stroke), line(arm), line(-arm)]
-}
-
-/// Lets what is behind a shape shine through.
-fn fade(shape: &mut Shape, visibility: f32) {
-    let fade = move |colour: &mut Color32| *colour = colour.gamma_multiply(visibility);
-    egui::epaint::shape_transform::adjust_colors(shape, fade);
 }

@@ -170,7 +170,11 @@ fn stand_of(route: &FollowedRoute, seen: &MissionSighting<'_>) -> Standing {
         place == piece.place
             || place.strip_prefix(piece.place.as_str()).is_some_and(|rest| rest.starts_with('.'))
     };
-    let marked = seen.places.iter().filter_map(|place| {
+    let of_route = |place: &&&str| {
+        let rest = place.strip_prefix(route.drawn.name.value.as_str());
+        rest.is_some_and(|rest| rest.starts_with('.'))
+    };
+    let marked = seen.places.iter().filter(of_route).filter_map(|place| {
         let found = pieces.iter().enumerate().filter(|(_, piece)| of_piece(piece, place));
         let (number, piece) = found.max_by_key(|(_, piece)| piece.place.len())?;
         Some((number, piece, *place))
