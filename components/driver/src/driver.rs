@@ -369,7 +369,11 @@ impl Driving {
         self.phase = DrivingPhase::Following { to_go_m: lead.remaining_m };
         let target = robot_from_map.apply(lead.target);
         let bearing_rad = Point2::default().bearing_rad(target);
-        self.spinning = bearing_rad.abs() > if self.spinning { SPUN_RAD } else { SPIN_RAD };
+        let was_spinning = self.spinning;
+        self.spinning = bearing_rad.abs() > if was_spinning { SPUN_RAD } else { SPIN_RAD };
+        if was_spinning && !self.spinning {
+            self.recovery.turned_to_path(robot, self.stepped_s);
+        }
         if self.spinning {
             return self.spin_by(bearing_rad, window);
         }

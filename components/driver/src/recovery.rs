@@ -36,12 +36,23 @@ struct Moved {
     at_s: f64,
     yaw_rad: f64,
     turned_rad: f64,
+    /// The part of the turns that came before `at_s`.
+    uncounted_rad: f64,
 }
 
 impl StuckRecovery {
     /// The robot has no reason to move, or just got one.
     pub(crate) fn rest(&mut self) {
         *self = Self::default();
+    }
+
+    /// The robot has turned on the spot to where its path leads. Where it goes next may be where it came
+    /// from, so that it counts from here whether it gets somewhere; the turns on one spot count on.
+    pub(crate) fn turned_to_path(&mut self, robot: Pose2, now_s: f64) {
+        if let Some(moved) = &mut self.moved {
+            (moved.place, moved.yaw_rad) = (robot.point(), robot.yaw_rad);
+            (moved.at_s, moved.uncounted_rad) = (now_s, moved.turned_rad);
+        }
     }
 
     /// Returns how to move if the robot is stuck; backing off only if it `has_path` to return to.
@@ -56,13 +67,14 @@ impl StuckRecovery {
             return self.choose_escape(began_s, side, has_path, window, now_s);
         }
         let Pose2 { yaw_rad, .. } = robot;
-        let here = Moved { place: robot.point(), at_s: now_s, yaw_rad, turned_rad: 0.0 };
+        let place = robot.point();
+        let here = Moved { place, at_s: now_s, yaw_rad, turned_rad: 0.0, uncounted_rad: 0.0 };
         let moved = self.moved.get_or_insert(here);
         moved.turned_rad += wrap_angle(yaw_rad - moved.yaw_rad).abs();
         moved.yaw_rad = yaw_rad;
         // A robot that turns towards its path stays in place and is not stuck. Endless turning is:
         // two turns on one spot lead nowhere.
-        let turned_s = moved.turned_rad / window.limits.turn_radps;
+        let turned_s = (moved.turned_rad - moved.uncounted_rad) / window.limits.turn_radps;
         if moved.place.distance_m(here.place) > MOVED_M {
             *moved = here;
         } else if now_s - moved.at_s - turned_s > STUCK_S || moved.turned_rad > DIZZY_RAD {
@@ -172,5 +184,35 @@ mod tests {
             let robot = Pose2::new(f64::from(tick) * 0.005, 0.0, 0.0);
             assert_eq!(recovery.step(robot, true, &window, f64::from(tick) * 0.1), None);
         }
+    }
+
+    #[test]
+    fn a_slow_robot_that_is_sent_back_is_left_alone_until_it_turns_for_ever() {
+        let distances = Distances { keep_m: 0.2, comfort_m: 0.4 };
+        let now = Velocity::ZERO;
+        let (zones, interval_s) = (None, 0.1);
+        let window =
+            DynamicWindow { limits: &LIMITS, distances, obstacles: &[], zones, now, interval_s };
+        // Returns whether it has escaped within ten drives of so many steps of 5 mm, with a turn
+        // after each.
+        let escapes = |steps: u32| {
+            let (mut recovery, mut now_s, mut robot) =
+                (StuckRecovery::default(), 0.0, Pose2::IDENTITY);
+            let mut has_escaped = false;
+            for _ in 0..10 {
+                for step in 0..steps + 26 {
+                    now_s += 0.1;
+                    robot = match step {
+                        step if step < steps => robot.after_arc(0.05, 0.0, 0.1),
+                        _ => robot.after_arc(0.0, TAU / 52.0 / 0.1, 0.1),
+                    };
+                    has_escaped |= recovery.step(robot, true, &window, now_s).is_some();
+                }
+                recovery.turned_to_path(robot, now_s);
+            }
+            has_escaped
+        };
+        assert!(!escapes(38), "it drives 19 cm, and back");
+        assert!(escapes(2), "it turns on one spot");
     }
 }
