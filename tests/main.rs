@@ -50,6 +50,7 @@ mod run_status;
 mod simulated_time;
 mod sub_missions;
 mod tutorial;
+mod web_remote;
 mod web_server;
 mod workspace;
 mod zones;

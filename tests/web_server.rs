@@ -134,8 +134,8 @@ fn a_parameter_is_shown_and_a_wrong_one_is_refused_with_the_reason() {
 #[test]
 fn an_address_beyond_loopback_is_refused_on_the_command_line() {
     let folder = Folder::new("web-listen");
-    let mut command =
-        folder.armor(&["web", "--listen", "0.0.0.0:8080", "--registry", "127.0.0.1:7411"]);
+    let mut command = folder.armor(&["web", "--listen", "0.0.0.0:8080", "--keys", "no-keys"]);
+    command.args(["--registry", "127.0.0.1:7411"]);
     let (code, out, err) = run_to_end(&mut command);
     assert_eq!((code, out.as_str()), (1, ""), "{err}");
     assert!(err.contains("armor connect") && err.contains("127.0.0.1"), "{err}");

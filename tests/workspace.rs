@@ -54,7 +54,17 @@ const ARROWS: &[(&str, &[&str])] = &[
         &["armor-inspect", "armor-robotfile", "armor-sdk", "armor-socket", "armor-wire"],
     ),
     ("armor-recorder", &["armor-inspect", "armor-recording", "armor-sdk"]),
-    ("armor-web", &["armor-inspect", "armor-marking", "armor-sdk", "armor-socket", "armor-wire"]),
+    (
+        "armor-web",
+        &[
+            "armor-inspect",
+            "armor-keys",
+            "armor-marking",
+            "armor-sdk",
+            "armor-socket",
+            "armor-wire",
+        ],
+    ),
     ("armor-web-view", &["armor-inspect", "armor-sdk", "armor-web"]),
     (
         "armor-foxglove",

@@ -16,6 +16,7 @@ use crate::GATE_NAME;
 use crate::certificate::{CertificateFacts, Serial};
 use crate::expiry::{DAY_S, format_date};
 use crate::identity::{KeyHolder, KeyPurpose};
+use crate::site_name::{MAX_SITES, SiteName};
 
 /// How long an authority is valid, in days.
 const AUTHORITY_DAYS: i64 = 20 * 365;
@@ -36,6 +37,21 @@ impl Validity {
     pub fn days_from(now_s: i64, days: i64) -> Self {
         let not_after_s = now_s.saturating_add(days.saturating_mul(DAY_S));
         Self { not_before_s: now_s.saturating_sub(MARGIN_S), not_after_s }
+    }
+}
+
+/// What a key is made for.
+#[derive(Clone, Debug)]
+pub struct NewKey {
+    /// Who holds it.
+    pub holder: KeyHolder,
+    /// The names and addresses under which browsers open the page of a host.
+    pub sites: Vec<SiteName>,
+}
+
+impl From<KeyHolder> for NewKey {
+    fn from(holder: KeyHolder) -> Self {
+        Self { holder, sites: Vec::new() }
     }
 }
 
@@ -105,6 +121,15 @@ impl Authority {
         Ok(Self { issuer, certificate, not_after_s })
     }
 
+    /// Its certificate, in DER.
+    ///
+    /// # Errors
+    /// If its file was changed.
+    pub(crate) fn certificate_der(&self) -> Result<Vec<u8>, String> {
+        let der = CertificateDer::from_pem_slice(self.certificate.as_bytes());
+        der.map(|der| der.to_vec()).map_err(|error| error.to_string())
+    }
+
     /// Until when the authority is valid, in seconds since 1970.
     pub fn not_after_s(&self) -> i64 {
         self.not_after_s
@@ -113,14 +138,25 @@ impl Authority {
     /// Makes a key.
     ///
     /// # Errors
-    /// If the name is not one, the time is empty or ends after the authority's, or the system has
-    /// no random numbers.
-    pub fn issue_key(&self, holder: KeyHolder, validity: Validity) -> Result<IssuedKey, String> {
+    /// If the name is not one, a person is to have names of sites, the time is empty or ends after
+    /// the authority's, or the system has no random numbers.
+    pub fn issue_key(
+        &self,
+        key: impl Into<NewKey>,
+        validity: Validity,
+    ) -> Result<IssuedKey, String> {
+        let NewKey { holder, sites } = key.into();
         if !is_name(&holder.name) {
             return Err(format!(
                 "{:?} is not a name: letters, digits, _ and -, a letter first, at most 64",
                 holder.name
             ));
+        }
+        if holder.purpose != KeyPurpose::Host && !sites.is_empty() {
+            return Err("only the key of a host names what browsers open: leave out --at".into());
+        }
+        if sites.len() > MAX_SITES {
+            return Err(format!("a key names at most {MAX_SITES} names and addresses"));
         }
         if validity.not_after_s > self.not_after_s {
             return Err(format!(
@@ -140,6 +176,12 @@ impl Authority {
         if holder.purpose == KeyPurpose::Host {
             parameters.subject_alt_names.push(SanType::DnsName(text_of(GATE_NAME.into())?));
             parameters.extended_key_usages.push(ExtendedKeyUsagePurpose::ServerAuth);
+            for site in sites {
+                parameters.subject_alt_names.push(match site {
+                    SiteName::Name(name) => SanType::DnsName(text_of(name)?),
+                    SiteName::Address(address) => SanType::IpAddress(address),
+                });
+            }
         }
         let key = KeyPair::generate().map_err(|error| error.to_string())?;
         let certificate =

@@ -1,13 +1,16 @@
 //! What this program reads from a certificate: its holder, its serial number, and when it is valid.
 
 use std::fmt;
+use std::net::IpAddr;
 use std::str::FromStr;
 
 use armor_wire::acting::KeyRole;
 use x509_parser::extensions::GeneralName;
 use x509_parser::prelude::{FromDer, X509Certificate};
 
+use crate::GATE_NAME;
 use crate::identity::{KeyHolder, KeyPurpose};
+use crate::site_name::SiteName;
 
 /// Number of bytes of a serial number; enough that two random ones never agree.
 pub(crate) const SERIAL_LEN: usize = 16;
@@ -66,6 +69,8 @@ pub struct CertificateFacts {
     pub not_before_s: i64,
     /// Until when it is valid, in seconds since 1970.
     pub not_after_s: i64,
+    /// The names and addresses under which browsers open the page of a host.
+    pub sites: Vec<SiteName>,
 }
 
 impl CertificateFacts {
@@ -99,6 +104,7 @@ impl CertificateFacts {
             serial: Serial(serial),
             not_before_s: validity.not_before.timestamp(),
             not_after_s: validity.not_after.timestamp(),
+            sites: names.iter().filter_map(read_site).collect(),
         })
     }
 
@@ -108,6 +114,19 @@ impl CertificateFacts {
             KeyPurpose::Person(role) => Some(role),
             KeyPurpose::Host => None,
         }
+    }
+}
+
+/// Returns the name or address in a certificate under which browsers open a page.
+fn read_site(name: &GeneralName<'_>) -> Option<SiteName> {
+    match name {
+        GeneralName::DNSName(name) if *name != GATE_NAME => name.parse().ok(),
+        GeneralName::IPAddress(bytes) => {
+            let four = <[u8; 4]>::try_from(*bytes).map(IpAddr::from);
+            let address = four.or_else(|_| <[u8; 16]>::try_from(*bytes).map(IpAddr::from));
+            address.ok().map(SiteName::Address)
+        }
+        _ => None,
     }
 }
 

@@ -46,9 +46,26 @@ pub fn format_date(seconds: i64) -> String {
     }
 }
 
+/// The minute, in UTC.
+pub fn format_time(seconds: i64) -> String {
+    match Timestamp::from_second(seconds) {
+        Ok(time) => {
+            let time = time.to_zoned(TimeZone::UTC).datetime();
+            format!("{} {:02}:{:02} UTC", time.date(), time.hour(), time.minute())
+        }
+        Err(_) => "an unknown time".into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_time_is_written_to_the_minute() {
+        assert_eq!(format_time(1_800_000_059), "2027-01-15 08:00 UTC");
+        assert_eq!(format_time(i64::MAX), "an unknown time");
+    }
 
     #[test]
     fn the_end_is_announced_30_7_and_1_days_ahead() {

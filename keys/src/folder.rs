@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use armor_files::{SaveError, create_own_folder, save_private_file};
 use thiserror::Error;
 
-use crate::authority::{Authority, IssuedKey, Validity};
+use crate::authority::{Authority, IssuedKey, NewKey, Validity};
 use crate::certificate::{CertificateFacts, Serial};
 use crate::expiry::format_date;
 use crate::identity::KeyHolder;
 use crate::key_file::{KeyFileError, check_folder, read_secret, read_text};
 use crate::revoked::parse_revoked;
+use crate::site_name::SiteName;
 
 /// The file of the authority's key.
 pub(crate) const AUTHORITY: &str = "authority.key";
@@ -23,8 +24,7 @@ pub const REVOKED: &str = "revoked";
 /// How the names of key files end.
 pub const KEY_SUFFIX: &str = "key";
 
-const ISSUED_HEADER: &str =
-    "# The keys that this authority has made: serial number, role, name, valid from, valid until\n";
+const ISSUED_HEADER: &str = "# The keys that this authority has made: serial number, role, name, valid from, valid until, names for browsers\n";
 const REVOKED_HEADER: &str =
     "# The keys that this authority has revoked. Every gate needs a copy in its folder of keys.\n";
 
@@ -151,11 +151,12 @@ impl KeysFolder {
     /// If the holder has a valid key already, or the name or the number of days is wrong.
     pub fn add_key(
         &self,
-        holder: KeyHolder,
+        key: impl Into<NewKey>,
         days: u32,
         now_s: i64,
     ) -> Result<AddedKey, FolderError> {
-        let name = &holder.name;
+        let new = key.into();
+        let name = &new.holder.name;
         if let Some(key) = self.find_valid(name, now_s)? {
             return Err(FolderError::Refused(format!(
                 "{} has a key until {}: `armor keys renew {name}` makes a new one, `armor keys \
@@ -164,14 +165,21 @@ impl KeysFolder {
                 format_date(key.facts.not_after_s)
             )));
         }
-        self.issue_key(holder, days, now_s)
+        self.issue_key(new, days, now_s)
     }
 
-    /// Makes a new key with the role of the last one, which stays valid until its own end.
+    /// Makes a new key with the role of the last one, which stays valid until its own end; with its
+    /// names for browsers, unless `sites` has others.
     ///
     /// # Errors
     /// If there was none, or the last one was revoked.
-    pub fn renew_key(&self, name: &str, days: u32, now_s: i64) -> Result<AddedKey, FolderError> {
+    pub fn renew_key(
+        &self,
+        name: &str,
+        sites: &[SiteName],
+        days: u32,
+        now_s: i64,
+    ) -> Result<AddedKey, FolderError> {
         let keys = self.list_keys(now_s)?;
         let last = keys.iter().rev().find(|key| key.facts.holder.name == name);
         let Some(last) = last else { return Err(unknown_name(name, &keys)) };
@@ -182,7 +190,9 @@ impl KeysFolder {
                 last.facts.holder.purpose
             )));
         }
-        self.issue_key(last.facts.holder.clone(), days, now_s)
+        let sites = if sites.is_empty() { &last.facts.sites } else { sites };
+        let new = NewKey { holder: last.facts.holder.clone(), sites: sites.to_vec() };
+        self.issue_key(new, days, now_s)
     }
 
     /// Revokes all keys of a name that are valid; returns them.
@@ -252,7 +262,8 @@ impl KeysFolder {
         Ok(self.list_keys(now_s)?.into_iter().rev().find(is_valid))
     }
 
-    fn issue_key(&self, holder: KeyHolder, days: u32, now_s: i64) -> Result<AddedKey, FolderError> {
+    fn issue_key(&self, new: NewKey, days: u32, now_s: i64) -> Result<AddedKey, FolderError> {
+        let holder = &new.holder;
         let path = self.path.join(format!("{}.{KEY_SUFFIX}", holder.name));
         if path.file_name().is_some_and(|name| name == AUTHORITY) {
             return Err(FolderError::Refused(format!(
@@ -262,7 +273,7 @@ impl KeysFolder {
         }
         let validity = Validity::days_from(now_s, days.into());
         let IssuedKey { facts, text } =
-            self.read_authority()?.issue_key(holder, validity).map_err(FolderError::Refused)?;
+            self.read_authority()?.issue_key(new, validity).map_err(FolderError::Refused)?;
         // A key that is in no list could not be revoked.
         self.append_lines(ISSUED, ISSUED_HEADER, &issued_line(&facts))?;
         if let Ok(metadata) = fs::symlink_metadata(&path)
@@ -277,7 +288,7 @@ impl KeysFolder {
         Ok(AddedKey { facts, path })
     }
 
-    fn read_authority(&self) -> Result<Authority, FolderError> {
+    pub(crate) fn read_authority(&self) -> Result<Authority, FolderError> {
         let path = self.path.join(AUTHORITY);
         let text = read_secret(&path)?;
         Authority::from_text(&text).map_err(|reason| FolderError::Folder { path, reason })
@@ -306,6 +317,24 @@ impl KeysFolder {
     }
 }
 
+/// Returns the folder of keys of this user: that in `ARMOR_KEYS`, or `armor/keys` in the folder for
+/// configuration; `None` for a user without a home.
+pub fn find_keys_folder() -> Option<PathBuf> {
+    let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
+    if let Some(folder) = set("ARMOR_KEYS") {
+        return Some(folder.into());
+    }
+    let configuration = set("XDG_CONFIG_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
+    let configuration =
+        configuration.or_else(|| Some(PathBuf::from(set("HOME")?).join(".config")))?;
+    Some(configuration.join("armor/keys"))
+}
+
+/// Whether this is the folder of an authority.
+pub fn has_authority(folder: &Path) -> bool {
+    folder.join(AUTHORITY).exists()
+}
+
 /// Reads a list, of which each line is short.
 pub(crate) fn read_list(path: &Path) -> Result<String, FolderError> {
     let read = armor_files::open_regular_file(path).and_then(|mut file| read_text(&mut file));
@@ -321,17 +350,32 @@ fn unknown_name(name: &str, keys: &[ListedKey]) -> FolderError {
 }
 
 fn issued_line(facts: &CertificateFacts) -> String {
-    let CertificateFacts { holder, serial, not_before_s, not_after_s } = facts;
-    format!("{serial} {} {} {not_before_s} {not_after_s}\n", holder.purpose, holder.name)
+    let CertificateFacts { holder, serial, not_before_s, not_after_s, sites } = facts;
+    let sites: Vec<_> = sites.iter().map(SiteName::to_string).collect();
+    let line = format!(
+        "{serial} {} {} {not_before_s} {not_after_s} {}",
+        holder.purpose,
+        holder.name,
+        sites.join(",")
+    );
+    format!("{}\n", line.trim_end())
 }
 
 fn parse_issued(line: &str) -> Option<CertificateFacts> {
     let words: Vec<_> = line.split_whitespace().collect();
-    let [serial, purpose, name, not_before_s, not_after_s] = words[..] else { return None };
+    let [serial, purpose, name, not_before_s, not_after_s, ref sites @ ..] = words[..] else {
+        return None;
+    };
+    let sites = match sites {
+        [] => Vec::new(),
+        [sites] => sites.split(',').map(str::parse).collect::<Result<_, _>>().ok()?,
+        _ => return None,
+    };
     Some(CertificateFacts {
         holder: KeyHolder { name: name.into(), purpose: purpose.parse().ok()? },
         serial: serial.parse().ok()?,
         not_before_s: not_before_s.parse().ok()?,
         not_after_s: not_after_s.parse().ok()?,
+        sites,
     })
 }

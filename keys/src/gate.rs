@@ -39,7 +39,7 @@ use crate::tls::explain_refused_key;
 pub use limits::GateLimits;
 use limits::{ACCEPT_REST, LOOK_AT_KEYS};
 use sessions::Sessions;
-use strangers::Strangers;
+pub use strangers::{StrangerPlace, Strangers};
 
 /// How a gate is run.
 #[derive(Clone)]

@@ -15,7 +15,7 @@ use crate::folder::{AUTHORITY, FolderError, KEY_SUFFIX, REVOKED, read_list};
 use crate::identity::KeyPurpose;
 use crate::key_file::{KeyFile, KeyFileError, check_folder};
 use crate::revoked::{RevokedKeys, parse_revoked};
-use crate::tls::{client_config, gate_config};
+use crate::tls::{browser_config, client_config, gate_config};
 
 /// Why the keys of a gate cannot be used.
 #[derive(Debug, Error)]
@@ -61,6 +61,37 @@ impl HostKeys {
         &self.name
     }
 
+    /// How a server of pages accepts browsers, with the key as last read.
+    pub fn browser_config(&self) -> Arc<ServerConfig> {
+        Arc::clone(&self.lock().browser)
+    }
+
+    /// Whether the key of this host itself is revoked.
+    pub fn is_revoked(&self) -> bool {
+        let keys = self.lock();
+        keys.revoked.contains(&keys.host.facts.serial)
+    }
+
+    /// The certificate of the authority, in DER.
+    pub fn authority_certificate(&self) -> Vec<u8> {
+        self.lock().host.authority.to_vec()
+    }
+
+    /// The fingerprint of the host's certificate, as browsers show it.
+    pub fn fingerprint(&self) -> String {
+        self.lock().host.fingerprint()
+    }
+
+    /// The fingerprint of the authority's certificate.
+    pub fn authority_fingerprint(&self) -> String {
+        self.lock().host.authority_fingerprint()
+    }
+
+    /// Reads the folder again if it has changed.
+    pub fn look(&self) -> Option<KeysChange> {
+        self.lock().look()
+    }
+
     pub(crate) fn lock(&self) -> MutexGuard<'_, GateKeys> {
         self.keys.lock()
     }
@@ -73,6 +104,8 @@ pub(crate) struct GateKeys {
     pub(crate) host: KeyFile,
     /// How its gate accepts others.
     pub(crate) config: Arc<ServerConfig>,
+    /// How it accepts browsers.
+    browser: Arc<ServerConfig>,
     /// How it connects to the gates of other hosts.
     pub(crate) client: Arc<ClientConfig>,
     pub(crate) revoked: Arc<RevokedKeys>,
@@ -88,13 +121,13 @@ struct FolderState {
 
 /// What has changed in the folder.
 #[derive(Debug, Default)]
-pub(crate) struct KeysChange {
+pub struct KeysChange {
     /// The host has another key.
-    pub(crate) renewed: bool,
+    pub renewed: bool,
     /// The number of keys that are revoked and were not before.
-    pub(crate) revoked: usize,
+    pub revoked: usize,
     /// What cannot be used; what was read before stays in force.
-    pub(crate) problems: Vec<String>,
+    pub problems: Vec<String>,
 }
 
 impl GateKeys {
@@ -107,8 +140,8 @@ impl GateKeys {
         let host = read_host_key(folder)?;
         let revoked = Arc::<RevokedKeys>::default();
         revoked.add_keys(read_revoked(folder)?);
-        let (config, client) = make_configs(folder, &host, &revoked)?;
-        Ok(Self { folder: folder.into(), host, config, client, revoked, seen })
+        let HostConfigs { config, browser, client } = make_configs(folder, &host, &revoked)?;
+        Ok(Self { folder: folder.into(), host, config, browser, client, revoked, seen })
     }
 
     /// Reads the folder again if it has changed.
@@ -135,8 +168,9 @@ impl GateKeys {
                     "the folder now has the key of {other}; this is {own}, until it is started again"
                 ));
             }
-            Ok((host, (config, client))) => {
+            Ok((host, HostConfigs { config, browser, client })) => {
                 (self.host, self.config, self.client) = (host, config, client);
+                self.browser = browser;
                 change.renewed = true;
             }
             Err(error) => change.problems.push(error.to_string()),
@@ -164,15 +198,27 @@ impl FolderState {
     }
 }
 
+/// How a host speaks TLS in each of its parts.
+struct HostConfigs {
+    config: Arc<ServerConfig>,
+    browser: Arc<ServerConfig>,
+    client: Arc<ClientConfig>,
+}
+
 fn make_configs(
     folder: &Path,
     host: &KeyFile,
     revoked: &Arc<RevokedKeys>,
-) -> Result<(Arc<ServerConfig>, Arc<ClientConfig>), GateKeysError> {
+) -> Result<HostConfigs, GateKeysError> {
     let folder_error = |reason| GateKeysError::Folder { path: folder.into(), reason };
     let config = gate_config(host, Arc::clone(revoked)).map_err(folder_error)?;
+    let browser = browser_config(host).map_err(folder_error)?;
     let client = client_config(host).map_err(folder_error)?;
-    Ok((Arc::new(config), Arc::new(client)))
+    Ok(HostConfigs {
+        config: Arc::new(config),
+        browser: Arc::new(browser),
+        client: Arc::new(client),
+    })
 }
 
 fn read_host_key(folder: &Path) -> Result<KeyFile, GateKeysError> {

@@ -7,6 +7,7 @@ use std::io::Read;
 use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
+use ring::digest::{SHA256, digest};
 use rustls::pki_types::pem::PemObject;
 use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 use thiserror::Error;
@@ -80,6 +81,16 @@ impl KeyFile {
         Self::from_text(&text).map_err(invalid)
     }
 
+    /// The fingerprint of the certificate, SHA-256, as browsers show it.
+    pub fn fingerprint(&self) -> String {
+        describe_fingerprint(&self.certificate)
+    }
+
+    /// The fingerprint of the authority's certificate.
+    pub fn authority_fingerprint(&self) -> String {
+        describe_fingerprint(&self.authority)
+    }
+
     /// Reads the text of such a file.
     ///
     /// # Errors
@@ -96,6 +107,13 @@ impl KeyFile {
         let facts = CertificateFacts::read(&certificate)?;
         Ok(Self { facts, key, certificate, authority })
     }
+}
+
+/// The SHA-256 of a certificate, as browsers show it.
+pub(crate) fn describe_fingerprint(certificate: &[u8]) -> String {
+    let bytes = digest(&SHA256, certificate);
+    let pairs: Vec<_> = bytes.as_ref().iter().map(|byte| format!("{byte:02X}")).collect();
+    pairs.join(":")
 }
 
 /// Reads a file with a secret, which only its owner may read.

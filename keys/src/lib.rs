@@ -7,6 +7,7 @@
 
 mod addresses;
 pub mod authority;
+pub mod authority_certificate;
 pub mod certificate;
 pub mod connect;
 mod copying;
@@ -19,6 +20,8 @@ mod frames;
 pub mod gate;
 mod host_keys;
 pub mod identity;
+pub mod invitation_file;
+pub mod invitations;
 pub mod key_file;
 pub mod reach;
 mod redial;
@@ -27,6 +30,7 @@ pub mod revoked;
 pub mod routes;
 pub mod run_channel;
 mod seal;
+mod site_name;
 mod socks;
 mod streams;
 pub mod tls;
@@ -34,13 +38,15 @@ pub mod tls;
 #[cfg(test)]
 mod tests;
 
-pub use authority::{Authority, Validity};
+pub use authority::{Authority, NewKey, Validity};
 pub use certificate::{CertificateFacts, Serial};
 pub use folder::KeysFolder;
-pub use host_keys::{GateKeysError, HostKeys};
+pub use gate::{StrangerPlace, Strangers};
+pub use host_keys::{GateKeysError, HostKeys, KeysChange};
 pub use identity::{KeyHolder, KeyPurpose};
 pub use key_file::{KeyFile, KeyFileError};
 pub use revoked::RevokedKeys;
+pub use site_name::{MAX_SITES, SiteName};
 
 /// The DNS name in the certificate of every gate. A person's certificate has none, so that a person
 /// cannot pass for a gate.

@@ -146,7 +146,7 @@ fn a_folder_keeps_what_was_made_and_revoked() {
     assert_eq!(KeyFile::load(&added.path).unwrap().facts, added.facts);
     let error = folder.add_key(holder(ALICE), 10, NOW_S).unwrap_err().to_string();
     assert!(error.contains("armor keys renew alice"), "{error}");
-    let renewed = folder.renew_key("alice", 20, NOW_S).unwrap();
+    let renewed = folder.renew_key("alice", &[], 20, NOW_S).unwrap();
     assert_ne!(renewed.facts.serial, added.facts.serial);
     assert_eq!(KeyFile::load(&added.path).unwrap().facts, renewed.facts);
     folder.add_key(holder(ROBOT), 1, NOW_S).unwrap();
@@ -164,12 +164,54 @@ fn a_folder_keeps_what_was_made_and_revoked() {
         let error = folder.revoke_keys(name, NOW_S).unwrap_err().to_string();
         assert!(error.contains(words), "{error}");
     }
-    let error = folder.renew_key("alice", 1, NOW_S).unwrap_err().to_string();
+    let error = folder.renew_key("alice", &[], 1, NOW_S).unwrap_err().to_string();
     assert!(error.contains("armor keys add alice --role operator"), "{error}");
     folder.add_key(holder(ALICE), 1, NOW_S).unwrap();
     assert_eq!(states(&folder, NOW_S).last(), Some(&alice(KeyState::Valid)));
+    let sites = ["robot.local", "192.168.0.7"].map(|site| site.parse().unwrap()).to_vec();
+    let robot_key = folder.renew_key("robot", &sites, 1, NOW_S).unwrap();
+    let renewed = folder.renew_key("robot", &[], 1, NOW_S).unwrap();
+    for (key, whose) in [(robot_key, "given"), (renewed, "kept by a renewal")] {
+        assert_eq!(key.facts.sites, sites, "{whose}");
+        assert_eq!(KeyFile::load(&key.path).unwrap().facts.sites, sites, "{whose}");
+    }
+    assert_eq!(folder.list_keys(NOW_S).unwrap().last().unwrap().facts.sites, sites);
     let own = folder.add_key(holder(("authority", ROBOT.1)), 1, NOW_S).unwrap_err().to_string();
     assert!(own.contains("the authority's own file"), "{own}");
+}
+
+#[test]
+fn a_browser_verifies_the_page_by_the_names_in_the_key_of_the_host() {
+    use rustls::client::WebPkiServerVerifier;
+    use rustls::client::danger::ServerCertVerifier;
+    use rustls::pki_types::ServerName;
+
+    let authority = Authority::create(NOW_S).unwrap();
+    let sites = ["robot.local", "192.168.0.7", "fd00::7"].map(|site| site.parse().unwrap());
+    let key = NewKey { holder: holder(ROBOT), sites: sites.to_vec() };
+    let text = authority.issue_key(key, Validity::days_from(NOW_S, 1)).unwrap().text;
+    let robot = KeyFile::from_text(&text).unwrap();
+    assert_eq!(robot.facts.sites, sites);
+    let mut roots = rustls::RootCertStore::empty();
+    roots.add(robot.authority.clone()).unwrap();
+    let ring = Arc::new(rustls::crypto::ring::default_provider());
+    let browser =
+        WebPkiServerVerifier::builder_with_provider(Arc::new(roots), ring).build().unwrap();
+    let now = UnixTime::since_unix_epoch(Duration::from_secs(NOW_S.unsigned_abs()));
+    for (name, is_accepted) in [
+        ("robot.local", true),
+        ("192.168.0.7", true),
+        ("fd00::7", true),
+        ("other.local", false),
+        ("192.168.0.8", false),
+    ] {
+        let name = ServerName::try_from(name).unwrap();
+        let verified = browser.verify_server_cert(&robot.certificate, &[], &name, &[], now);
+        assert_eq!(verified.is_ok(), is_accepted, "{name:?}");
+    }
+    let alice = NewKey { holder: holder(ALICE), sites: sites.to_vec() };
+    let refused = authority.issue_key(alice, Validity::days_from(NOW_S, 1)).err().unwrap();
+    assert!(refused.contains("--at"), "{refused}");
 }
 
 #[test]

@@ -112,6 +112,24 @@ pub fn gate_config(key: &KeyFile, revoked: Arc<RevokedKeys>) -> Result<ServerCon
     Ok(config)
 }
 
+/// How a server of pages with the key of a host accepts browsers, which have no keys.
+///
+/// # Errors
+/// If the key does not fit its certificate.
+pub fn browser_config(key: &KeyFile) -> Result<ServerConfig, String> {
+    let builder = ServerConfig::builder_with_provider(provider());
+    let builder = builder.with_protocol_versions(&[&TLS13]).map_err(|error| error.to_string())?;
+    let mut config = builder
+        .with_no_client_auth()
+        .with_single_cert(vec![key.certificate.clone()], key.key.clone_key())
+        .map_err(|error| error.to_string())?;
+    config.alpn_protocols = vec![b"http/1.1".to_vec()];
+    // A resumed session would outlive the renewal of the key.
+    config.session_storage = Arc::new(NoServerSessionStorage {});
+    config.send_tls13_tickets = 0;
+    Ok(config)
+}
+
 /// How a person or a host with a key connects to gates: to those whom the same authority has certified
 /// as hosts.
 ///

@@ -1,12 +1,17 @@
-//! `armor keys`: the authority of a fleet, and the keys of its robots and people.
+//! `armor keys`: the authority of a fleet, the keys of its robots and people, and invitations to the
+//! page of a robot.
+
+mod certificate;
+mod invitations;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use armor_keys::expiry::{describe_notice, format_date, now_s};
-use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED};
-use armor_keys::{CertificateFacts, KeyHolder, KeyPurpose, KeysFolder};
+use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED, find_keys_folder, has_authority};
+use armor_keys::invitation_file::InvitationFile;
+use armor_keys::{CertificateFacts, KeyHolder, KeyPurpose, KeysFolder, NewKey, SiteName};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
@@ -14,17 +19,22 @@ use crate::arguments::{OutputFormat, parse_name};
 use crate::exit::CommandEnding;
 use crate::print::{Table, end_printing, print_line, print_notice, print_wrapped, terminal_width};
 use crate::verb::Verb;
+use certificate::CertificateArguments;
+use invitations::InviteArguments;
 
 /// How long a key is valid by default.
 const DAYS: u32 = 365;
+/// The port of a page for other hosts, unless the link of an invitation is to have another one.
+pub(crate) const PAGE_PORT: u16 = 8443;
 
-/// Make, list, renew and revoke the keys with which people reach robots from other hosts.
+/// Make, list, renew and revoke the keys and invitations with which people reach robots.
 #[derive(Debug, Subcommand)]
 #[command(after_help = "Examples:
   armor keys init                          an authority, on the computer of the person who decides about access
   armor keys add robot --role host         the key of a robot's gate
   armor keys add alice --role operator     a key for alice, in one file
   armor keys revoke alice
+  armor keys invite bob --role operator    on a robot: a link for bob's phone, valid for 12 hours
 
 The secret key of the authority never needs to be on a robot.")]
 pub enum KeysCommand {
@@ -34,10 +44,14 @@ pub enum KeysCommand {
     Add(AddArguments),
     /// List the keys that were made, and when they expire.
     List(ListArguments),
-    /// Revoke the keys of a name. Gates end its connections within a second.
+    /// Revoke the keys and invitations of a name. Its connections end within a second.
     Revoke(RevokeArguments),
     /// Make a new key for a name. The old one stays valid until its own end.
     Renew(RenewArguments),
+    /// Invite a person to the page of this robot: a link for a browser, such as that of a phone.
+    Invite(InviteArguments),
+    /// Write the certificate of the authority, which browsers are to trust, into a file.
+    Certificate(CertificateArguments),
 }
 
 /// Selects the folder of keys.
@@ -65,6 +79,10 @@ pub struct AddArguments {
     /// Number of days for which it is valid.
     #[arg(long, value_name = "N", default_value_t = DAYS, value_parser = clap::value_parser!(u32).range(1..))]
     pub days: u32,
+    /// A name or address under which browsers open the robot's page, such as robot.local or
+    /// 192.168.0.7; may be given several times.
+    #[arg(long = "at", value_name = "ADDRESS")]
+    pub sites: Vec<SiteName>,
     #[command(flatten)]
     pub directory: KeysDirectory,
 }
@@ -92,6 +110,11 @@ pub struct RenewArguments {
     /// Number of days for which the new key is valid.
     #[arg(long, value_name = "N", default_value_t = DAYS, value_parser = clap::value_parser!(u32).range(1..))]
     pub days: u32,
+    /// A name or address under which browsers open the robot's page, such as robot.local or
+    /// 192.168.0.7; may be given several times. Default:
+    /// those of the old key.
+    #[arg(long = "at", value_name = "ADDRESS")]
+    pub sites: Vec<SiteName>,
     #[command(flatten)]
     pub directory: KeysDirectory,
 }
@@ -102,16 +125,8 @@ impl KeysDirectory {
     /// # Errors
     /// If none is given and the user has no home.
     pub fn path(&self) -> Result<PathBuf> {
-        if let Some(path) = &self.keys {
-            return Ok(path.clone());
-        }
-        let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-        let configuration =
-            set("XDG_CONFIG_HOME").map(PathBuf::from).filter(|path| path.is_absolute());
-        let configuration =
-            configuration.or_else(|| Some(PathBuf::from(set("HOME")?).join(".config")));
-        let configuration = configuration.context("HOME is not set: give --keys DIR")?;
-        Ok(configuration.join("armor/keys"))
+        let own = self.keys.clone().or_else(find_keys_folder);
+        own.context("HOME is not set: give --keys DIR")
     }
 }
 
@@ -131,16 +146,20 @@ fn run_command(command: &KeysCommand, format: OutputFormat) -> Result<CommandEnd
         KeysCommand::Add(arguments) => {
             let holder = KeyHolder { name: arguments.name.clone(), purpose: arguments.role };
             let folder = KeysFolder::open(&arguments.directory.path()?)?;
-            let added = folder.add_key(holder, arguments.days, now_s())?;
+            let new = NewKey { holder, sites: arguments.sites.clone() };
+            let added = folder.add_key(new, arguments.days, now_s())?;
             print_added(&added, format)
         }
         KeysCommand::List(arguments) => print_keys(arguments, format),
         KeysCommand::Revoke(arguments) => revoke_keys(arguments, format),
         KeysCommand::Renew(arguments) => {
             let folder = KeysFolder::open(&arguments.directory.path()?)?;
-            let added = folder.renew_key(&arguments.name, arguments.days, now_s())?;
+            let RenewArguments { name, sites, days, .. } = arguments;
+            let added = folder.renew_key(name, sites, *days, now_s())?;
             print_added(&added, format)
         }
+        KeysCommand::Invite(arguments) => invitations::invite(arguments, format),
+        KeysCommand::Certificate(arguments) => certificate::write_certificate(arguments, format),
     })
 }
 
@@ -171,7 +190,13 @@ fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
         KeyPurpose::Host => format!(
             "copy it with the list `{REVOKED}` into a folder of the robot's user that only that \
              user can enter (mode 0700), then: armor run FILE --gate 0.0.0.0:7410 --keys DIR; \
-             or, to run components of a system of another host: armor host --from HOST --keys DIR"
+             or, to run components of a system of another host: armor host --from HOST --keys \
+             DIR{}",
+            if facts.sites.is_empty() {
+                ""
+            } else {
+                "; or, to serve the page to phones: armor web --listen 0.0.0.0:8443 --keys DIR"
+            }
         ),
         KeyPurpose::Person(_) => format!(
             "it is secret: carry it to the computer of {name} (scp, a USB stick), and remove it \
@@ -182,7 +207,16 @@ fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
 }
 
 fn print_keys(arguments: &ListArguments, format: OutputFormat) -> Result<()> {
-    let folder = KeysFolder::open(&arguments.directory.path()?)?;
+    let path = arguments.directory.path()?;
+    // On a robot there are invitations and no authority.
+    let has_invitations = InvitationFile::exists_in(&path);
+    if has_authority(&path) || !has_invitations {
+        print_own_keys(&KeysFolder::open(&path)?, format)?;
+    }
+    if has_invitations { invitations::print_invitations(&path, format) } else { Ok(()) }
+}
+
+fn print_own_keys(folder: &KeysFolder, format: OutputFormat) -> Result<()> {
     let keys = folder.list_keys(now_s())?;
     if format == OutputFormat::Json {
         return keys.iter().try_for_each(|key| {
@@ -223,8 +257,20 @@ fn list_notices(keys: &[ListedKey]) -> Vec<String> {
 
 fn revoke_keys(arguments: &RevokeArguments, format: OutputFormat) -> Result<()> {
     let path = arguments.directory.path()?;
+    let ended = invitations::revoke(&path, &arguments.name, format)?;
+    if !has_authority(&path) {
+        return match ended {
+            Some(1..) => Ok(()),
+            Some(0) => bail!("{} has no valid invitation here", arguments.name),
+            None => KeysFolder::open(&path).map(drop).map_err(Into::into),
+        };
+    }
     let folder = KeysFolder::open(&path)?;
-    let revoked = folder.revoke_keys(&arguments.name, now_s())?;
+    let revoked = match folder.revoke_keys(&arguments.name, now_s()) {
+        // A person may have an invitation and no key.
+        Err(_) if ended.is_some_and(|count| count > 0) => return Ok(()),
+        revoked => revoked?,
+    };
     if format == OutputFormat::Json {
         return revoked.iter().try_for_each(|facts| print_line(describe_key(facts)));
     }
@@ -255,6 +301,7 @@ fn describe_key(facts: &CertificateFacts) -> Value {
         "role": facts.holder.purpose.to_string(),
         "valid_until": format_date(facts.not_after_s),
         "serial": facts.serial.to_string(),
+        "at": facts.sites.iter().map(SiteName::to_string).collect::<Vec<_>>(),
     })
 }
 

@@ -15,8 +15,6 @@ import time
 import urllib.error
 import urllib.request
 
-from playwright.sync_api import sync_playwright
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DESKTOP = {"width": 1280, "height": 800}
 PHONE = {"width": 390, "height": 844}
@@ -250,6 +248,7 @@ def main():
     out.mkdir(parents=True, exist_ok=True)
     armor = os.path.abspath(os.environ.get("ARMOR", ROOT / "target/release/armor"))
     robot = Robot(armor, out, arguments.registry, arguments.listen)
+    from playwright.sync_api import sync_playwright
     try:
         wait_for("the page", lambda: robot.places() == ["explore"])
         with sync_playwright() as playwright:

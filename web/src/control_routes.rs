@@ -21,6 +21,7 @@ use crate::control_desk::ControlSeat;
 use crate::failure::WebFailure;
 use crate::live::WEB_SOCKET_LIMIT;
 use crate::query::Query;
+use crate::remote::caller::Caller;
 use crate::web_state::WebState;
 
 /// Time without a message after which control is free again; the page sends one every second.
@@ -49,6 +50,7 @@ struct Velocity {
 /// `GET /api/control`.
 pub(crate) async fn hold_control(
     State(web): State<Arc<WebState>>,
+    caller: Caller,
     RawQuery(query): RawQuery,
     upgrade: WebSocketUpgrade,
 ) -> Response {
@@ -64,10 +66,16 @@ pub(crate) async fn hold_control(
         return WebFailure::new(status, what, "/api/control", remedy).into_response();
     };
     let upgrade = upgrade.max_message_size(WEB_SOCKET_LIMIT).max_frame_size(WEB_SOCKET_LIMIT);
-    upgrade.on_upgrade(move |socket| serve_control(web, seat, socket))
+    upgrade.on_upgrade(move |socket| serve_control(web, caller, seat, socket))
 }
 
-async fn serve_control(web: Arc<WebState>, seat: ControlSeat, mut socket: WebSocket) {
+async fn serve_control(
+    web: Arc<WebState>,
+    caller: Caller,
+    seat: ControlSeat,
+    mut socket: WebSocket,
+) {
+    caller.log("takes control");
     let mut driver = ManualDriver { commands: web.commands.clone(), moves_until: None };
     let hello = json!({
         "control": seat.token,
@@ -98,7 +106,9 @@ async fn serve_control(web: Arc<WebState>, seat: ControlSeat, mut socket: WebSoc
         };
         heard = Instant::now();
         let answer = match message {
-            Some(Ok(Message::Text(text))) => answer_message(&web, &mut driver, &text).await,
+            Some(Ok(Message::Text(text))) => {
+                answer_message(&web, &caller, &mut driver, &text).await
+            }
             Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Binary(_))) => None,
             Some(Ok(Message::Close(_)) | Err(_)) | None => return,
         };
@@ -116,7 +126,12 @@ async fn send_answer(socket: &mut WebSocket, answer: &Value) -> bool {
     matches!(timeout(ANSWER_WITHIN, sending).await, Ok(Ok(())))
 }
 
-async fn answer_message(web: &WebState, driver: &mut ManualDriver, text: &str) -> Option<Value> {
+async fn answer_message(
+    web: &WebState,
+    caller: &Caller,
+    driver: &mut ManualDriver,
+    text: &str,
+) -> Option<Value> {
     let message = match serde_json::from_str::<ControlMessage>(text) {
         Ok(message) => message,
         Err(error) => {
@@ -133,7 +148,8 @@ async fn answer_message(web: &WebState, driver: &mut ManualDriver, text: &str) -
     if message.release {
         // The robot must not start to move by a stick that is held.
         driver.halt();
-        return Some(web.stop.release().await.unwrap_or_else(|failure| failure.to_json()));
+        let releasing = web.stop.release(caller.name());
+        return Some(releasing.await.unwrap_or_else(|failure| failure.to_json()));
     }
     None
 }

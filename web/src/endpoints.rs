@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use armor_wire::acting::KeyRole;
 use axum::Router;
 use axum::extract::DefaultBodyLimit;
 use axum::http::{StatusCode, Uri};
@@ -10,6 +11,8 @@ use axum::response::IntoResponse;
 use axum::routing::{MethodRouter, get, post, put};
 
 use crate::failure::WebFailure;
+use crate::remote::caller::check_role;
+use crate::remote::login_routes;
 use crate::request_guard::guard_request;
 use crate::web_state::WebState;
 use crate::{
@@ -35,6 +38,8 @@ pub(crate) struct Endpoint {
     pub(crate) body: &'static str,
     /// Type of the response; empty for a WebSocket.
     pub(crate) content_type: &'static str,
+    /// The least role of a person on another host who may send it; `None`: a stranger may.
+    pub(crate) needs: Option<KeyRole>,
     /// Whether the thread for STOP serves it.
     is_stop: bool,
     handler: Handler,
@@ -46,7 +51,8 @@ const NUMBER: &str = "number";
 
 macro_rules! endpoint {
     ($method:literal $path:literal, $id:literal, $summary:literal, $content_type:expr,
-     $handler:expr $(, query: $query:expr)? $(, body: $body:literal)? $(, stop: $stop:literal)?) => {
+     $handler:expr $(, query: $query:expr)? $(, body: $body:literal)? $(, needs: $needs:expr)?
+     $(, stop: $stop:literal)?) => {
         Endpoint {
             method: $method,
             path: $path,
@@ -55,6 +61,7 @@ macro_rules! endpoint {
             query: endpoint!(@or &[] $(, $query)?),
             body: endpoint!(@or "" $(, $body)?),
             content_type: $content_type,
+            needs: endpoint!(@or Some(KeyRole::Observer) $(, $needs)?),
             is_stop: endpoint!(@or false $(, $stop)?),
             handler: || $handler,
         }
@@ -96,12 +103,14 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
         "Writes a value into the file, if the file is valid with it.",
         JSON, put(parameter_routes::set_parameter),
         body: r#"{"type":"object","required":["value"],"additionalProperties":false,
-            "properties":{"value":{"type":["string","null"]}}}"#),
+            "properties":{"value":{"type":["string","null"]}}}"#,
+        needs: Some(KeyRole::Engineer)),
     endpoint!("GET" "/api/mission", "showMission",
         "The marking of the mission: places, transitions, questions, orders.",
         JSON, get(mission_routes::show_mission)),
     endpoint!("POST" "/api/mission/orders", "giveOrder",
-        "An order to the mission. 409 if it is refused, with the reason.",
+        "An order to the mission. 409 if it is refused, with the reason. Beyond loopback an observer \
+         may order `pause` and `safe`, and the author is the person who is logged in.",
         JSON, post(mission_routes::give_order),
         body: r#"{"type":"object","required":["order"],"additionalProperties":false,
             "properties":{
@@ -114,7 +123,8 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
     endpoint!("GET" "/api/control", "control",
         "WebSocket of the client in control: drives the robot and releases STOP.",
         "", get(control_routes::hold_control),
-        query: &[("take", SWITCH, "take control from another client")]),
+        query: &[("take", SWITCH, "take control from another client")],
+        needs: Some(KeyRole::Operator)),
     endpoint!("GET" "/api/stop", "showStop",
         "Whether STOP is in force.",
         JSON, get(stop_routes::show_stop), stop: true),
@@ -125,10 +135,27 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
         "Releases STOP. Only the client in control may, with the token of its WebSocket.",
         JSON, post(stop_routes::release),
         body: r#"{"type":"object","required":["control"],"additionalProperties":false,
-            "properties":{"control":{"type":"string"}}}"#, stop: true),
+            "properties":{"control":{"type":"string"}}}"#,
+        needs: Some(KeyRole::Operator), stop: true),
     endpoint!("GET" "/api/stop/live", "stopLive",
         "WebSocket that is ready before STOP is needed.",
         "", get(stop_routes::hold_stop), stop: true),
+    endpoint!("GET" "/api/session", "showSession",
+        "Who is logged in, and the fingerprints of the certificates.",
+        JSON, get(login_routes::show_session), needs: None),
+    endpoint!("POST" "/api/login", "logIn",
+        "Exchanges the secret of an invitation for the cookie of a session. 403 if it is not \
+         accepted, 429 after several wrong ones.",
+        JSON, post(login_routes::log_in),
+        body: r#"{"type":"object","required":["invite"],"additionalProperties":false,
+            "properties":{"invite":{"type":"string"}}}"#,
+        needs: None),
+    endpoint!("POST" "/api/logout", "logOut",
+        "Ends the session of the cookie.",
+        JSON, post(login_routes::log_out), needs: None),
+    endpoint!("GET" "/authority.crt", "showAuthority",
+        "The certificate of the authority that has certified this robot, in DER.",
+        "application/x-x509-ca-cert", get(login_routes::show_authority), needs: None),
     endpoint!("GET" "/api/openapi.json", "describe",
         "This description.",
         JSON, get(openapi::show_description)),
@@ -150,7 +177,31 @@ pub(crate) fn make_stop_router(web: Arc<WebState>) -> Router {
 
 fn add_endpoints(is_served: impl Fn(&Endpoint) -> bool) -> Router<Arc<WebState>> {
     let served = ENDPOINTS.iter().filter(|endpoint| is_served(endpoint));
-    served.fold(Router::new(), |router, it| router.route(it.path, (it.handler)()))
+    served.fold(Router::new(), |router, it| {
+        let handler = (it.handler)();
+        router.route(
+            it.path,
+            match it.needs {
+                Some(needed) => {
+                    let checked = (needed, it.subject());
+                    handler.route_layer(from_fn_with_state(checked, check_role))
+                }
+                None => handler,
+            },
+        )
+    })
+}
+
+impl Endpoint {
+    /// What a request is, as the subject of a sentence.
+    fn subject(&self) -> &'static str {
+        match (self.method, self.path) {
+            (_, "/api/control") => "taking control",
+            (_, "/api/stop/release") => "releasing STOP",
+            ("PUT", _) => "setting a parameter",
+            _ => "this",
+        }
+    }
 }
 
 fn finish(router: Router<Arc<WebState>>, web: Arc<WebState>) -> Router {

@@ -1,5 +1,6 @@
 //! Serves a running system to browsers and programs: JSON over HTTP and WebSocket, metrics in the
-//! text format of Prometheus, and one page for operators.
+//! text format of Prometheus, and one page for operators. On loopback it serves the user of the
+//! system; beyond, HTTPS to persons with an invitation (`remote.rs`).
 //!
 //! Start with `endpoints.rs`, the table of all routes; `server.rs` accepts connections, on one
 //! thread for STOP and on others for everything else. [`WebServer`] is all that other crates see.
@@ -11,6 +12,7 @@ mod data_hub;
 mod data_routes;
 mod endpoints;
 mod failure;
+mod first_bytes;
 mod histogram;
 mod images;
 mod live;
@@ -22,6 +24,7 @@ mod page;
 mod parameter_routes;
 mod process_usage;
 mod query;
+mod remote;
 mod request_guard;
 mod server;
 mod stall_guard;
@@ -35,6 +38,7 @@ mod web_state;
 mod tests;
 
 pub use armor_inspect::DriveLimits;
+pub use armor_keys::folder::find_keys_folder;
 pub use commands::RobotCommands;
-pub use server::{WebServer, WebStartError};
+pub use server::{RemoteFacts, WebServer, WebStartError};
 pub use web_options::{DEFAULT_LISTEN, WebOptions};

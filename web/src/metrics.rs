@@ -199,6 +199,15 @@ fn write_server(text: &mut MetricsText, web: &WebState) {
     text.add("armor_web_connections", &[], count(&counters.connections));
     text.family("armor_web_refused_total", "counter", "connections refused");
     text.add("armor_web_refused_total", &[], count(&counters.refused));
+    if let Some(remote) = &web.remote {
+        let visitors = remote.count_visitors() as f64;
+        text.family("armor_web_visitor_connections", "gauge", "connections of persons logged in");
+        text.add("armor_web_visitor_connections", &[], visitors);
+        text.family("armor_web_logins_total", "counter", "invitations exchanged for a session");
+        text.add("armor_web_logins_total", &[], count(&remote.logins));
+        text.family("armor_web_wrong_secrets_total", "counter", "wrong invitations looked at");
+        text.add("armor_web_wrong_secrets_total", &[], count(&remote.wrong_secrets));
+    }
     text.family("armor_web_dropped_total", "counter", "live values that slow clients did not get");
     text.add("armor_web_dropped_total", &[], count(&counters.dropped));
     text.family("armor_web_followed_outputs", "gauge", "outputs that this server is linked to");

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use armor_sdk::control::{Order, TokenMove};
+use armor_sdk::control::{Command, Order, TokenMove};
 use axum::body::Bytes;
 use axum::extract::State;
 use axum::http::StatusCode;
@@ -11,6 +11,7 @@ use serde::Deserialize;
 use serde_json::json;
 
 use crate::failure::{WebFailure, json_response, text_response};
+use crate::remote::caller::Caller;
 use crate::web_state::WebState;
 
 /// The orders that a client can give, for messages.
@@ -29,7 +30,8 @@ struct OrderBody {
     /// Take the command over from its holder.
     #[serde(default)]
     take: bool,
-    /// Who gives it; by default the user who has started the server.
+    /// Who gives it; by default the user who has started the server. Not read for a person who is
+    /// logged in.
     author: Option<String>,
 }
 
@@ -90,6 +92,7 @@ pub(crate) async fn show_mission(State(web): State<Arc<WebState>>) -> Response {
 /// `POST /api/mission/orders`.
 pub(crate) async fn give_order(
     State(web): State<Arc<WebState>>,
+    caller: Caller,
     body: Bytes,
 ) -> Result<Response, WebFailure> {
     let body: OrderBody = serde_json::from_slice(&body).map_err(|error| {
@@ -97,7 +100,15 @@ pub(crate) async fn give_order(
         WebFailure::bad(error.to_string(), "the body", remedy)
     })?;
     let order = body.to_order()?;
-    let verdict = web.orders.send(body.author, body.take, order).await?;
+    let author = caller.author(body.author);
+    let command = Command::Order {
+        request: 1,
+        author: author.clone().unwrap_or_default(),
+        take: body.take,
+        order: order.clone(),
+    };
+    caller.check_command(&command)?;
+    let verdict = web.orders.send(author, body.take, order).await?;
     if verdict.accepted {
         let accepted = json!({"accepted": true, "text": verdict.text});
         return Ok(json_response(StatusCode::OK, &accepted));

@@ -28,7 +28,13 @@ pub(crate) fn describe_endpoints() -> Value {
             "license": {"name": "Apache-2.0 OR MIT", "identifier": "Apache-2.0 OR MIT"},
         },
         "paths": paths,
-        "components": {"schemas": {"Error": error_schema()}},
+        "components": {
+            "schemas": {"Error": error_schema()},
+            "securitySchemes": {"session": {
+                "type": "apiKey", "in": "cookie", "name": "__Host-armor",
+                "description": "of a person who has logged in with an invitation; not on loopback",
+            }},
+        },
     })
 }
 
@@ -71,6 +77,9 @@ fn describe_endpoint(endpoint: &Endpoint) -> Value {
             "default": {"description": "what was wrong, where, and what to do", "content": error},
         },
     });
+    if let Some(needed) = endpoint.needs {
+        described["security"] = json!([{}, {"session": [needed.name()]}]);
+    }
     if let Ok(schema) = serde_json::from_str::<Value>(endpoint.body) {
         let content = json!({"application/json": {"schema": schema}});
         described["requestBody"] = json!({"required": true, "content": content});

@@ -15,6 +15,7 @@ use serde::Deserialize;
 use serde_json::{Value, json};
 
 use crate::failure::{WebFailure, json_response};
+use crate::remote::caller::Caller;
 use crate::system_routes::run_asking;
 use crate::web_state::WebState;
 
@@ -54,6 +55,7 @@ pub(crate) async fn show_parameter(
 pub(crate) async fn set_parameter(
     State(web): State<Arc<WebState>>,
     Path((component, name)): Path<(String, String)>,
+    caller: Caller,
     body: Bytes,
 ) -> Result<Response, WebFailure> {
     let body: ValueBody = serde_json::from_slice(&body).map_err(|error| {
@@ -61,6 +63,7 @@ pub(crate) async fn set_parameter(
         WebFailure::bad(error.to_string(), "the body", remedy)
     })?;
     let place = place_of(&component, &name);
+    caller.log(&format!("sets {place}"));
     let set = move |configd: &mut ConfigdConnection| {
         configd.set(&component, &name, body.value.as_deref())
     };

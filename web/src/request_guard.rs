@@ -1,7 +1,8 @@
 //! What every request passes: no other web page may use this server, and none takes for ever.
 //!
-//! The kernel has already checked that the client belongs to the user of the system (`server.rs`).
-//! But a browser of that user also runs pages of strangers. A page of another host that has given
+//! On loopback the kernel has already checked that the client belongs to the user of the system
+//! (`server.rs`); beyond, the cookie of a session names a person, whose role each route checks. But
+//! the same browser also runs pages of strangers. A page of another host that has given
 //! its name the address 127.0.0.1 (DNS rebinding) is recognised by `Host`; one that sends requests
 //! across origins by `Origin` and `Sec-Fetch-Site`, which no page can change.
 
@@ -15,6 +16,10 @@ use axum::middleware::Next;
 use axum::response::{IntoResponse, Response};
 
 use crate::failure::WebFailure;
+use crate::remote::RemoteAccess;
+use crate::remote::caller::Caller;
+use crate::remote::connection::RemoteConnection;
+use crate::remote::login_routes::identify;
 use crate::web_state::WebState;
 
 /// Longest time until a response begins: longer than every wait of a handler.
@@ -25,18 +30,25 @@ const PAGE_POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; \
                            frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
 /// The page with nothing but STOP, which the page of the other name shows in a frame.
 const STOP_PAGE: &str = "/stop.html";
+/// What the page may load over HTTPS: the session belongs to one host name, so nothing is framed. A
+/// browser may take `'self'` for HTTPS only, so the WebSockets are named.
+const REMOTE_POLICY: &str = "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'; \
+                             base-uri 'none'; form-action 'none'; connect-src 'self' wss://";
 const STOP_POLICY: &str = "default-src 'self'; frame-ancestors http://localhost:* \
                            http://127.0.0.1:*; base-uri 'none'; form-action 'none'";
 
 /// Checks a request, carries it out, and completes the response.
 pub(crate) async fn guard_request(
     State(web): State<Arc<WebState>>,
-    request: Request,
+    mut request: Request,
     next: Next,
 ) -> Response {
     let begin = Instant::now();
     let path = request.uri().path().to_owned();
-    let mut response = match check_origin(request.method(), &path, request.headers()) {
+    let server = web.remote.as_deref().map_or(Server::Local, Server::Remote);
+    let checked = check_origin(&server, request.method(), &path, request.headers());
+    let host = checked.as_ref().ok().cloned();
+    let mut response = match checked.and_then(|_| name_caller(&web, &mut request)) {
         Err(failure) => failure.into_response(),
         Ok(()) => match tokio::time::timeout(RESPONSE_WITHIN, next.run(request)).await {
             Ok(response) => response,
@@ -52,13 +64,47 @@ pub(crate) async fn guard_request(
     if response.status().is_client_error() || response.status().is_server_error() {
         response = describe_failure(response, &path);
     }
-    set_headers(response.headers_mut(), &path);
+    let remote_host = host.filter(|_| web.remote.is_some());
+    set_headers(response.headers_mut(), &path, remote_host.as_deref());
     web.counters.count_response(response.status(), begin.elapsed());
     response
 }
 
-/// Refuses what a page of another origin has sent.
-fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), WebFailure> {
+/// By which names a server knows itself.
+enum Server<'a> {
+    Local,
+    Remote(&'a RemoteAccess),
+}
+
+/// Notes in the request who sends it.
+fn name_caller(web: &WebState, request: &mut Request) -> Result<(), WebFailure> {
+    let caller = match &web.remote {
+        None => Caller::Local,
+        Some(remote) => {
+            let Some(connection) = request.extensions().get::<Arc<RemoteConnection>>().cloned()
+            else {
+                let what = "this connection is not encrypted";
+                let remedy = "open the page with https://";
+                return Err(WebFailure::new(StatusCode::FORBIDDEN, what, "the connection", remedy));
+            };
+            let (caller, session) = identify(remote, request.headers());
+            if let Some(session) = session {
+                connection.bind(session, &remote.stop_seats);
+            }
+            caller
+        }
+    };
+    request.extensions_mut().insert(caller);
+    Ok(())
+}
+
+/// Refuses what a page of another origin has sent; returns the host that the request names.
+fn check_origin(
+    server: &Server<'_>,
+    method: &Method,
+    path: &str,
+    headers: &HeaderMap,
+) -> Result<String, WebFailure> {
     let text = |name: header::HeaderName| {
         let mut values = headers.get_all(name).iter();
         let first = values.next().map(|value| value.to_str().unwrap_or("\u{fffd}"));
@@ -66,14 +112,24 @@ fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), 
         if values.next().is_some() { Some("\u{fffd}") } else { first }
     };
     let host = text(header::HOST).unwrap_or_default();
-    if !is_loopback_name(host) {
-        return Err(WebFailure::new(
-            StatusCode::MISDIRECTED_REQUEST,
-            format!("this server is not `{}`", host.escape_default()),
-            "the header Host",
+    let (is_own, scheme, remedy) = match server {
+        Server::Local => (
+            is_loopback_name(host),
+            "http://",
             "open it as http://127.0.0.1:PORT or http://localhost:PORT; from another host through \
              a tunnel (docs/web.md)",
-        ));
+        ),
+        Server::Remote(remote) => (
+            remote.is_own_host(host),
+            "https://",
+            "open it under a name or address in its certificate; `armor keys renew NAME --at \
+             ADDRESS` makes one with others",
+        ),
+    };
+    if !is_own {
+        let what = format!("this server is not `{}`", host.escape_default());
+        let status = StatusCode::MISDIRECTED_REQUEST;
+        return Err(WebFailure::new(status, what, "the header Host", remedy));
     }
     let refuse = |name: &str, value: &str| {
         Err(WebFailure::new(
@@ -84,7 +140,7 @@ fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), 
         ))
     };
     if let Some(origin) = text(header::ORIGIN)
-        && origin.strip_prefix("http://") != Some(host)
+        && origin.strip_prefix(scheme) != Some(host)
     {
         return refuse("Origin", origin);
     }
@@ -92,8 +148,8 @@ fn check_origin(method: &Method, path: &str, headers: &HeaderMap) -> Result<(), 
     let site = text(header::HeaderName::from_static("sec-fetch-site"));
     match site {
         // A link on another page may lead to the page here.
-        None | Some("same-origin" | "none") => Ok(()),
-        Some(_) if is_page => Ok(()),
+        None | Some("same-origin" | "none") => Ok(host.to_owned()),
+        Some(_) if is_page => Ok(host.to_owned()),
         Some(site) => refuse("Sec-Fetch-Site", site),
     }
 }
@@ -120,12 +176,12 @@ fn describe_failure(response: Response, path: &str) -> Response {
     described
 }
 
-fn set_headers(headers: &mut HeaderMap, path: &str) {
+fn set_headers(headers: &mut HeaderMap, path: &str, remote_host: Option<&str>) {
     let is_data = path.starts_with("/api/") || path == "/metrics";
     let mut set = |name: &'static str, value: &'static str| {
         headers.insert(header::HeaderName::from_static(name), HeaderValue::from_static(value));
     };
-    if path == STOP_PAGE {
+    if path == STOP_PAGE && remote_host.is_none() {
         set("content-security-policy", STOP_POLICY);
     } else {
         set("content-security-policy", PAGE_POLICY);
@@ -136,6 +192,12 @@ fn set_headers(headers: &mut HeaderMap, path: &str) {
     set("cross-origin-resource-policy", "same-origin");
     set("cross-origin-opener-policy", "same-origin");
     set("cache-control", if is_data { "no-store" } else { "no-cache" });
+    // The host was found to be one of this server's, so it is a name and a port.
+    let policy =
+        remote_host.and_then(|host| HeaderValue::from_str(&format!("{REMOTE_POLICY}{host}")).ok());
+    if let Some(policy) = policy {
+        headers.insert(header::CONTENT_SECURITY_POLICY, policy);
+    }
 }
 
 #[cfg(test)]
@@ -148,7 +210,7 @@ mod tests {
             let name = header::HeaderName::from_static(name);
             map.append(name, HeaderValue::from_str(value).unwrap());
         }
-        let failure = check_origin(method, path, &map).err();
+        let failure = check_origin(&Server::Local, method, path, &map).err();
         failure.map_or(200, |failure| failure.into_response().status().as_u16())
     }
 

@@ -1,23 +1,27 @@
-//! Accepts connections on loopback and serves them: STOP on a thread of its own, which also accepts,
-//! and everything else on other threads.
+//! Accepts connections and serves them: STOP on a thread of its own, which also accepts, and everything
+//! else on other threads. On loopback it speaks HTTP, to the user of the system; beyond, HTTPS.
 //!
-//! The first bytes of a connection decide: one that begins with a request for `/api/stop` stays on
+//! The first bytes of a connection decide, after the handshake if there is one: one that begins with a request for `/api/stop` stays on
 //! the thread for STOP, which waits for nothing else. So STOP works when all other threads hang.
 
 use std::collections::VecDeque;
 use std::io;
-use std::net::SocketAddr;
+use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use armor_socket::{FaultTable, explain_bind_error, own_connection};
+use armor_socket::{FaultTable, explain_bind_error, has_proxy, own_connection};
 use axum::Router;
+use hyper::Request;
+use hyper::body::Incoming;
 use hyper::server::conn::http1;
+use hyper::service::{Service, service_fn};
 use hyper_util::rt::{TokioIo, TokioTimer};
 use hyper_util::service::TowerToHyperService;
 use thiserror::Error;
+use tokio::io::{AsyncRead, AsyncWrite};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::{Builder, Runtime};
 use tokio::sync::{mpsc, oneshot};
@@ -26,6 +30,11 @@ use tokio::time::{sleep, timeout};
 
 use crate::commands::RobotCommands;
 use crate::endpoints::{make_router, make_stop_router};
+use crate::first_bytes::{asks_for_stop, is_stop_request};
+use crate::remote::acceptance::begin_connection;
+use crate::remote::connection::RemoteConnection;
+use crate::remote::stream::RemoteStream;
+use crate::remote::{RemoteAccess, RemoteError};
 use crate::stall_guard::StallGuard;
 use crate::web_options::WebOptions;
 use crate::web_state::WebState;
@@ -49,21 +58,22 @@ const MAX_HEADERS: usize = 64;
 const WORKERS: usize = 2;
 /// Threads for work that waits for a process or takes long, such as the painting of maps.
 const MAX_BLOCKING: usize = 16;
-/// Time between two looks at a first line that has arrived in part.
-const LOOK_AGAIN: Duration = Duration::from_millis(5);
-/// What the path of every request for STOP begins with.
-const STOP_PATH: &[u8] = b"/api/stop";
 
 /// Why a server cannot start.
 #[derive(Debug, Error)]
 pub enum WebStartError {
-    /// Its address is open to other hosts.
+    /// Its address is open to other hosts, and there is no key for that.
     #[error(
-        "{0} can be reached from other hosts, and this server asks for no key: listen on 127.0.0.1. \
-         On another computer run `armor connect HOST --key FILE -- armor web`, which asks the robot \
-         with a key, or forward the port with ssh -L"
+        "{address} can be reached from other hosts, and pages are served to them with keys only: \
+         {reason}. Without keys listen on 127.0.0.1; from another computer that has a key: `armor \
+         connect HOST --key FILE -- armor web`, or forward the port with ssh -L"
     )]
-    NotLoopback(SocketAddr),
+    NoKeys {
+        /// Where it should listen.
+        address: SocketAddr,
+        /// Why it cannot, and what to do.
+        reason: String,
+    },
     /// It cannot listen there.
     #[error("cannot listen on {0}: {1}; choose another port with --listen 127.0.0.1:PORT")]
     Listen(SocketAddr, String),
@@ -75,30 +85,56 @@ pub enum WebStartError {
 /// A running server. Dropping it closes all its connections.
 pub struct WebServer {
     address: SocketAddr,
+    remote: Option<Arc<RemoteAccess>>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<thread::JoinHandle<()>>,
     workers: Option<Runtime>,
+    /// Ends the thread that keeps `remote` current.
+    _current: Option<std::sync::mpsc::Sender<()>>,
+}
+
+/// What a person needs to know about a server for other hosts.
+#[derive(Clone, Debug)]
+pub struct RemoteFacts {
+    /// The addresses of its page; at least one.
+    pub urls: Vec<String>,
+    /// The fingerprint of its certificate, as browsers show it.
+    pub fingerprint: String,
+    /// The fingerprint of the certificate of the authority.
+    pub authority_fingerprint: String,
 }
 
 impl WebServer {
     /// Starts a server; `commands` publishes to the robot, if this process can.
     ///
     /// # Errors
-    /// If it cannot listen, would listen beyond loopback, or no thread can be started.
+    /// If it cannot listen, would listen beyond loopback without keys, or no thread can be started.
     pub fn start(
         options: &WebOptions,
         commands: Option<Arc<dyn RobotCommands>>,
     ) -> Result<Self, WebStartError> {
-        if !options.listen.ip().is_loopback() {
-            return Err(WebStartError::NotLoopback(options.listen));
-        }
         let explain = |error: io::Error| {
             WebStartError::Listen(options.listen, explain_bind_error(options.listen, &error))
         };
+        let remote_error = |error| match error {
+            RemoteError::Keys(reason) => WebStartError::NoKeys { address: options.listen, reason },
+            RemoteError::Io(error) => error.into(),
+        };
+        let is_remote = !options.listen.ip().is_loopback();
+        if is_remote {
+            check_remote(options).map_err(remote_error)?;
+        }
         let listener = std::net::TcpListener::bind(options.listen).map_err(explain)?;
         listener.set_nonblocking(true)?;
         let address = listener.local_addr()?;
-        let web = WebState::begin(options, commands)?;
+        let remote = match options.keys.as_deref().filter(|_| is_remote) {
+            Some(folder) => {
+                Some(Arc::new(RemoteAccess::open(folder, address).map_err(remote_error)?))
+            }
+            None => None,
+        };
+        let current = remote.as_ref().map(RemoteAccess::keep_current).transpose()?;
+        let web = WebState::begin(options, commands, remote.clone())?;
         let workers = Builder::new_multi_thread()
             .worker_threads(WORKERS)
             .max_blocking_threads(MAX_BLOCKING)
@@ -117,7 +153,24 @@ impl WebServer {
                 }
             });
         })?;
-        Ok(Self { address, stop: Some(stop), thread: Some(thread), workers: Some(workers) })
+        Ok(Self {
+            address,
+            remote,
+            stop: Some(stop),
+            thread: Some(thread),
+            workers: Some(workers),
+            _current: current,
+        })
+    }
+
+    /// Returns what a person needs to know about it; `None` on loopback.
+    pub fn remote(&self) -> Option<RemoteFacts> {
+        let remote = self.remote.as_ref()?;
+        Some(RemoteFacts {
+            urls: remote.urls(self.address.port()),
+            fingerprint: remote.fingerprint(),
+            authority_fingerprint: remote.authority_fingerprint(),
+        })
     }
 
     /// Returns the address on which it listens.
@@ -153,11 +206,32 @@ impl Drop for WebServer {
     }
 }
 
+/// Checks what is needed to serve other hosts, before the port is taken.
+fn check_remote(options: &WebOptions) -> Result<(), RemoteError> {
+    if has_proxy() {
+        return Err(RemoteError::Keys(
+            "ARMOR_VIA is set, for a system on another host, which would take all orders for those \
+             of one key; run the server on the robot's host"
+                .into(),
+        ));
+    }
+    let Some(folder) = &options.keys else {
+        return Err(RemoteError::Keys("HOME is not set, so no folder of keys is found".into()));
+    };
+    RemoteAccess::open(folder, options.listen).map(drop)
+}
+
+/// A connection that other threads are to serve.
+enum HandedOver {
+    Local(std::net::TcpStream),
+    Remote(Box<RemoteStream>),
+}
+
 /// The loop of the thread for STOP.
 async fn accept_connections(
     web: Arc<WebState>,
     listener: std::net::TcpListener,
-    hand_over: mpsc::Sender<std::net::TcpStream>,
+    hand_over: mpsc::Sender<HandedOver>,
 ) {
     let listener = match TcpListener::from_std(listener) {
         Ok(listener) => listener,
@@ -167,8 +241,8 @@ async fn accept_connections(
     let faults = FaultTable::default();
     let mut open: VecDeque<OpenStop> = VecDeque::new();
     loop {
-        let stream = match listener.accept().await {
-            Ok((stream, _)) => stream,
+        let (stream, address) = match listener.accept().await {
+            Ok(accepted) => accepted,
             Err(error) => {
                 if faults.is_new(None, error.to_string()) {
                     tracing::warn!("no connection can be accepted: {error}");
@@ -178,6 +252,16 @@ async fn accept_connections(
                 continue;
             }
         };
+        if let Some(remote) = &web.remote {
+            let lane = RemoteLane {
+                web: Arc::clone(&web),
+                remote: Arc::clone(remote),
+                router: router.clone(),
+                hand_over: hand_over.clone(),
+            };
+            tokio::spawn(lane.serve(stream, address.ip().to_canonical()));
+            continue;
+        }
         let stream = match check_stranger(stream) {
             Ok(stream) => stream,
             Err(reason) => {
@@ -226,18 +310,15 @@ fn check_stranger(stream: TcpStream) -> Result<TcpStream, String> {
 
 impl StopLane {
     /// Serves a connection that asks for STOP, and hands over every other.
-    async fn sort_connection(
-        self,
-        stream: TcpStream,
-        hand_over: mpsc::Sender<std::net::TcpStream>,
-    ) {
+    async fn sort_connection(self, stream: TcpStream, hand_over: mpsc::Sender<HandedOver>) {
         match timeout(HEADERS_WITHIN, asks_for_stop(&stream)).await {
             Ok(Ok(true)) => {
                 self.is_served.store(true, Ordering::Relaxed);
-                serve_connection(stream, (), self.router).await;
+                serve_connection(stream, (), None, self.router).await;
             }
             Ok(Ok(false)) => {
-                let handed = stream.into_std().ok().map(|stream| hand_over.try_send(stream));
+                let local = stream.into_std().ok().map(HandedOver::Local);
+                let handed = local.map(|local| hand_over.try_send(local));
                 if !matches!(handed, Some(Ok(()))) {
                     self.web.counters.count_refusal();
                 }
@@ -248,53 +329,73 @@ impl StopLane {
     }
 }
 
-/// Looks at the first bytes of a connection without taking them.
-async fn asks_for_stop(stream: &TcpStream) -> io::Result<bool> {
-    let mut bytes = [0; 32];
-    loop {
-        let len = stream.peek(&mut bytes).await?;
-        if len == 0 {
-            return Err(io::ErrorKind::UnexpectedEof.into());
-        }
-        if let Some(answer) = is_stop_request(&bytes[..len]) {
-            return Ok(answer);
-        }
-        // Bytes that have been looked at stay ready, so the rest of the line cannot be waited for.
-        sleep(LOOK_AGAIN).await;
-    }
+/// What a new connection from another host needs.
+struct RemoteLane {
+    web: Arc<WebState>,
+    remote: Arc<RemoteAccess>,
+    router: Router,
+    hand_over: mpsc::Sender<HandedOver>,
 }
 
-/// Returns whether a request that begins with these bytes asks for STOP; `None` if more are needed.
-fn is_stop_request(bytes: &[u8]) -> Option<bool> {
-    /// Longest method of HTTP.
-    const METHOD_LEN: usize = 7;
-    let Some(space) = bytes.iter().position(|byte| *byte == b' ') else {
-        return (bytes.len() > METHOD_LEN).then_some(false);
-    };
-    let path = &bytes[space + 1..];
-    let common = path.len().min(STOP_PATH.len());
-    if path[..common] != STOP_PATH[..common] {
-        return Some(false);
+impl RemoteLane {
+    /// Serves a connection that asks for STOP, and hands over every other.
+    async fn serve(self, stream: TcpStream, address: IpAddr) {
+        let mut place = self.remote.handshakes.enter(address);
+        let stream = tokio::select! {
+            () = place.ended() => None,
+            stream = begin_connection(&self.remote, stream, address, is_stop_request) => stream,
+        };
+        drop(place);
+        match stream {
+            None => self.web.counters.count_refusal(),
+            Some(stream) if stream.connection().is_stop() => {
+                let connection = Arc::clone(stream.connection());
+                connection.hold_place(self.remote.guests.enter(address));
+                serve_connection(stream, (), Some(connection), self.router).await;
+            }
+            Some(stream) => {
+                if self.hand_over.try_send(HandedOver::Remote(Box::new(stream))).is_err() {
+                    self.web.counters.count_refusal();
+                }
+            }
+        }
     }
-    (path.len() >= STOP_PATH.len()).then_some(true)
 }
 
 /// The loop of the other threads.
-async fn serve_handed_over(
-    web: Arc<WebState>,
-    mut handed_over: mpsc::Receiver<std::net::TcpStream>,
-) {
+async fn serve_handed_over(web: Arc<WebState>, mut handed_over: mpsc::Receiver<HandedOver>) {
     let router = make_router(Arc::clone(&web));
-    while let Some(stream) = handed_over.recv().await {
-        let Ok(stream) = TcpStream::from_std(stream) else { continue };
+    while let Some(handed) = handed_over.recv().await {
         if web.counters.connections.fetch_add(1, Ordering::Relaxed) >= MAX_CONNECTIONS {
             web.counters.connections.fetch_sub(1, Ordering::Relaxed);
             web.counters.count_refusal();
             continue;
         }
         let place = OpenConnection(Arc::clone(&web));
-        tokio::spawn(serve_connection(stream, place, router.clone()));
+        match handed {
+            HandedOver::Local(stream) => {
+                let Ok(stream) = TcpStream::from_std(stream) else { continue };
+                tokio::spawn(serve_connection(stream, place, None, router.clone()));
+            }
+            HandedOver::Remote(stream) => {
+                tokio::spawn(serve_remote(*stream, place, Arc::clone(&web), router.clone()));
+            }
+        }
     }
+}
+
+/// Serves a browser on another host, which loses its place to a newcomer as long as it is not logged
+/// in.
+async fn serve_remote(
+    stream: RemoteStream,
+    place: OpenConnection,
+    web: Arc<WebState>,
+    router: Router,
+) {
+    let Some(remote) = &web.remote else { return };
+    let connection = Arc::clone(stream.connection());
+    connection.hold_place(remote.guests.enter(connection.address));
+    serve_connection(stream, place, Some(connection), router).await;
 }
 
 /// One place of [`MAX_CONNECTIONS`].
@@ -306,19 +407,28 @@ impl Drop for OpenConnection {
     }
 }
 
-/// Serves a connection to its end; `place` is held for as long, also by a WebSocket.
+/// Serves a connection to its end; `place` is held for as long, also by a WebSocket. `connection` is
+/// that of a browser on another host.
 async fn serve_connection(
-    stream: TcpStream,
+    stream: impl AsyncRead + AsyncWrite + Unpin + Send + 'static,
     place: impl Unpin + Send + Sync + 'static,
+    connection: Option<Arc<RemoteConnection>>,
     router: Router,
 ) {
     let stream = TokioIo::new(StallGuard::new(stream, WRITE_STALL, place));
+    let routes = TowerToHyperService::new(router);
+    let service = service_fn(move |mut request: Request<Incoming>| {
+        if let Some(connection) = &connection {
+            request.extensions_mut().insert(Arc::clone(connection));
+        }
+        routes.call(request)
+    });
     let serving = http1::Builder::new()
         .timer(TokioTimer::new())
         .header_read_timeout(HEADERS_WITHIN)
         .max_buf_size(MAX_HEAD_LEN)
         .max_headers(MAX_HEADERS)
-        .serve_connection(stream, TowerToHyperService::new(router))
+        .serve_connection(stream, service)
         .with_upgrades()
         .await;
     if let Err(error) = serving {
@@ -331,30 +441,19 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_first_bytes_decide_which_thread_serves_a_connection() {
-        for (bytes, expected) in [
-            ("POST /api/stop HTTP/1.1", Some(true)),
-            ("GET /api/stop/live HTTP/1.1", Some(true)),
-            ("GET /api/system HTTP/1.1", Some(false)),
-            ("GET / HTTP/1.1", Some(false)),
-            ("GET /api/s", None),
-            ("GET", None),
-            ("DELETE /api/stop", Some(true)),
-            ("BREWINGS", Some(false)),
-            ("\u{16}\u{3}\u{1}\u{2}\u{0}\u{1}\u{0}\u{1}", Some(false)),
-        ] {
-            assert_eq!(is_stop_request(bytes.as_bytes()), expected, "{bytes:?}");
+    fn an_address_beyond_loopback_is_refused_without_keys() {
+        let folder = std::env::temp_dir().join("armor-web-no-keys");
+        for (keys, remedy) in [(Some(folder), "armor keys add"), (None, "HOME is not set")] {
+            let options = WebOptions {
+                listen: "0.0.0.0:0".parse().unwrap(),
+                keys,
+                registry: "127.0.0.1:1".into(),
+                author: "ruth".into(),
+            };
+            let error = WebServer::start(&options, None).err().expect("refused").to_string();
+            for words in [remedy, "armor connect", "127.0.0.1"] {
+                assert!(error.contains(words), "{error}");
+            }
         }
-    }
-
-    #[test]
-    fn an_address_beyond_loopback_is_refused_with_the_remedy() {
-        let options = WebOptions {
-            listen: "0.0.0.0:0".parse().unwrap(),
-            registry: "127.0.0.1:1".into(),
-            author: "ruth".into(),
-        };
-        let error = WebServer::start(&options, None).err().expect("refused").to_string();
-        assert!(error.contains("armor connect") && error.contains("127.0.0.1"), "{error}");
     }
 }

@@ -2,7 +2,7 @@
 
 use std::io;
 use std::sync::Arc;
-use std::time::SystemTime;
+use std::time::{Duration, Instant, SystemTime};
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
@@ -14,6 +14,9 @@ use tokio::sync::watch;
 use crate::commands::RobotCommands;
 use crate::failure::WebFailure;
 use crate::order_desk::OrderDesk;
+
+/// Time within which the same order of the same person is logged once: a flood must fill no log.
+const LOGGED_ONCE_WITHIN: Duration = Duration::from_secs(1);
 
 /// How STOP reached the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +40,8 @@ pub(crate) struct StopDesk {
     orders: OrderDesk,
     /// The last order of this process; none: it is not known whether the robot is stopped.
     last: Mutex<Option<StopOrder>>,
+    /// The order that was logged last: who, whether it was STOP, and when.
+    logged: Mutex<Option<(String, bool, Instant)>>,
     news: watch::Sender<u64>,
 }
 
@@ -49,7 +54,7 @@ impl StopDesk {
         news: watch::Sender<u64>,
     ) -> io::Result<Self> {
         let orders = OrderDesk::open(directory, "the STOP of armor web", author)?;
-        Ok(Self { commands, orders, last: Mutex::default(), news })
+        Ok(Self { commands, orders, last: Mutex::default(), logged: Mutex::default(), news })
     }
 
     /// Returns whether STOP is in force, as far as this process knows; `is_paused` is the mission's
@@ -70,8 +75,9 @@ impl StopDesk {
         })
     }
 
-    /// Orders STOP, and returns what was done.
-    pub(crate) async fn stop(&self) -> Result<Value, WebFailure> {
+    /// Orders STOP, and returns what was done. `author`: who, if not the user of the system.
+    pub(crate) async fn stop(&self, author: Option<String>) -> Result<Value, WebFailure> {
+        self.log_order(author.as_deref(), true);
         let published = self.commands.as_ref().map(|commands| commands.stop(true));
         if let Some(Ok(links @ 1..)) = published {
             self.record(StopMeans::Published, true);
@@ -83,7 +89,7 @@ impl StopDesk {
             Some(Ok(_)) => "no component takes STOP from here".to_owned(),
             Some(Err(error)) => error,
         };
-        let (is_paused, text) = match self.orders.send(None, false, Order::Pause).await {
+        let (is_paused, text) = match self.orders.send(author, false, Order::Pause).await {
             // Also accepted if the mission is paused already.
             Ok(verdict) => (verdict.accepted, verdict.text),
             Err(failure) => (false, failure.to_json()["error"]["what"].to_string()),
@@ -101,7 +107,8 @@ impl StopDesk {
     }
 
     /// Releases STOP by the means by which it was ordered, and returns what was done.
-    pub(crate) async fn release(&self) -> Result<Value, WebFailure> {
+    pub(crate) async fn release(&self, author: Option<String>) -> Result<Value, WebFailure> {
+        self.log_order(author.as_deref(), false);
         let means = self.last.lock().map(|last| last.means);
         match (means, &self.commands) {
             (Some(StopMeans::Published) | None, Some(commands)) => {
@@ -114,7 +121,7 @@ impl StopDesk {
                 Ok(json!({"stopped": false, "means": "published", "text": text}))
             }
             (Some(StopMeans::Paused), _) => {
-                let verdict = self.orders.send(None, false, Order::Resume).await?;
+                let verdict = self.orders.send(author, false, Order::Resume).await?;
                 if !verdict.accepted {
                     let remedy = "see with `armor mission show` who holds the command";
                     let status = StatusCode::CONFLICT;
@@ -129,6 +136,19 @@ impl StopDesk {
                 "the robot",
                 "a mission that another program has paused continues with the order `resume`",
             )),
+        }
+    }
+
+    /// Logs who has ordered it: no journal has what is published to the robot.
+    fn log_order(&self, author: Option<&str>, is_stop: bool) {
+        let Some(author) = author else { return };
+        let mut logged = self.logged.lock();
+        let is_same = logged.as_ref().is_some_and(|(name, was_stop, at)| {
+            name == author && *was_stop == is_stop && at.elapsed() < LOGGED_ONCE_WITHIN
+        });
+        if !is_same {
+            *logged = Some((author.to_owned(), is_stop, Instant::now()));
+            tracing::info!("{author} {}", if is_stop { "orders STOP" } else { "releases STOP" });
         }
     }
 

@@ -14,6 +14,7 @@ use serde_json::{Value, json};
 
 use crate::failure::{WebFailure, json_response};
 use crate::live::WEB_SOCKET_LIMIT;
+use crate::remote::caller::Caller;
 use crate::web_state::WebState;
 
 /// Longest time without a message of a page that is open: it sends one every second.
@@ -37,8 +38,8 @@ struct ReleaseBody {
 }
 
 /// `POST /api/stop`.
-pub(crate) async fn stop(State(web): State<Arc<WebState>>) -> Response {
-    match web.stop.stop().await {
+pub(crate) async fn stop(State(web): State<Arc<WebState>>, caller: Caller) -> Response {
+    match web.stop.stop(caller.name()).await {
         Ok(done) => json_response(StatusCode::OK, &done),
         Err(failure) => failure.into_response(),
     }
@@ -50,7 +51,11 @@ pub(crate) async fn show_stop(State(web): State<Arc<WebState>>) -> Response {
 }
 
 /// `POST /api/stop/release`.
-pub(crate) async fn release(State(web): State<Arc<WebState>>, body: Bytes) -> Response {
+pub(crate) async fn release(
+    State(web): State<Arc<WebState>>,
+    caller: Caller,
+    body: Bytes,
+) -> Response {
     let body: ReleaseBody = match serde_json::from_slice(&body) {
         Ok(body) => body,
         Err(error) => {
@@ -65,7 +70,7 @@ pub(crate) async fn release(State(web): State<Arc<WebState>>, body: Bytes) -> Re
         let status = StatusCode::FORBIDDEN;
         return WebFailure::new(status, what, "the field `control`", remedy).into_response();
     }
-    match web.stop.release().await {
+    match web.stop.release(caller.name()).await {
         Ok(done) => json_response(StatusCode::OK, &done),
         Err(failure) => failure.into_response(),
     }
@@ -74,16 +79,17 @@ pub(crate) async fn release(State(web): State<Arc<WebState>>, body: Bytes) -> Re
 /// `GET /api/stop/live`: a connection that is ready before STOP is needed.
 pub(crate) async fn hold_stop(
     State(web): State<Arc<WebState>>,
+    caller: Caller,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let upgrade = upgrade.max_message_size(WEB_SOCKET_LIMIT).max_frame_size(WEB_SOCKET_LIMIT);
-    upgrade.on_upgrade(move |socket| serve_stop(web, socket))
+    upgrade.on_upgrade(move |socket| serve_stop(web, caller, socket))
 }
 
-async fn serve_stop(web: Arc<WebState>, mut socket: WebSocket) {
+async fn serve_stop(web: Arc<WebState>, caller: Caller, mut socket: WebSocket) {
     while let Ok(Some(Ok(message))) = tokio::time::timeout(SILENCE, socket.recv()).await {
         let answer = match message {
-            Message::Text(text) => answer_message(&web, &text).await,
+            Message::Text(text) => answer_message(&web, &caller, &text).await,
             Message::Close(_) => return,
             Message::Binary(_) | Message::Ping(_) | Message::Pong(_) => continue,
         };
@@ -93,10 +99,11 @@ async fn serve_stop(web: Arc<WebState>, mut socket: WebSocket) {
     }
 }
 
-async fn answer_message(web: &WebState, text: &str) -> Value {
+async fn answer_message(web: &WebState, caller: &Caller, text: &str) -> Value {
     match serde_json::from_str::<StopMessage>(text) {
         Ok(StopMessage { stop: true, id }) => {
-            let mut answer = web.stop.stop().await.unwrap_or_else(|failure| failure.to_json());
+            let stopping = web.stop.stop(caller.name());
+            let mut answer = stopping.await.unwrap_or_else(|failure| failure.to_json());
             answer["id"] = json!(id);
             answer
         }

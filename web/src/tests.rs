@@ -4,6 +4,9 @@ mod attacks;
 mod commands;
 mod data;
 mod metrics;
+mod remote;
+mod remote_attacks;
+mod remote_scene;
 
 use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
@@ -89,7 +92,7 @@ impl Scene {
         let robot = Arc::new(NotingRobot::default());
         let commands: Arc<dyn RobotCommands> = Arc::clone(&robot) as _;
         let address = registry.address().to_string();
-        let options = WebOptions { listen, registry: address, author: "ruth".into() };
+        let options = WebOptions { listen, keys: None, registry: address, author: "ruth".into() };
         let server = WebServer::start(&options, Some(commands)).unwrap();
         Self { server, robot, _registry: registry }
     }

@@ -24,6 +24,7 @@ use crate::control_desk::ControlDesk;
 use crate::data_hub::DataHub;
 use crate::histogram::TimeHistogram;
 use crate::order_desk::OrderDesk;
+use crate::remote::RemoteAccess;
 use crate::stop_desk::StopDesk;
 use crate::web_options::WebOptions;
 
@@ -41,6 +42,8 @@ pub(crate) struct WebState {
     pub(crate) orders: OrderDesk,
     pub(crate) counters: Counters,
     pub(crate) commands: Option<Arc<dyn RobotCommands>>,
+    /// For browsers on other hosts; none on loopback.
+    pub(crate) remote: Option<Arc<RemoteAccess>>,
     /// Raised when the system's picture, STOP or control has changed.
     pub(crate) system_news: watch::Sender<u64>,
     /// Raised when the mission has changed.
@@ -58,6 +61,7 @@ impl WebState {
     pub(crate) fn begin(
         options: &WebOptions,
         commands: Option<Arc<dyn RobotCommands>>,
+        remote: Option<Arc<RemoteAccess>>,
     ) -> io::Result<Arc<Self>> {
         // The counters begin at 1: the texts of 0 have not been made.
         let (system_news, mission_news) = (watch::Sender::new(1), watch::Sender::new(1));
@@ -75,6 +79,7 @@ impl WebState {
             watch,
             mission,
             commands,
+            remote,
             system_news,
             mission_news,
             asking: Semaphore::new(MAX_ASKING),

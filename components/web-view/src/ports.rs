@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use armor_inspect::{find_own_registry, this_user};
 use armor_sdk::prelude::*;
-use armor_web::{DriveLimits, RobotCommands, WebOptions, WebServer};
+use armor_web::{DriveLimits, RobotCommands, WebOptions, WebServer, find_keys_folder};
 use parking_lot::Mutex;
 
 /// Time between two attempts to listen, while another program uses the port.
@@ -19,7 +19,7 @@ const MAX_EVENTS: usize = 16;
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
 struct WebViewParameters {
-    /// where the page is served, on loopback
+    /// where the page is served; beyond loopback with HTTPS, keys and invitations
     #[parameter(default = "127.0.0.1:8080", format = "address")]
     listen: String,
     /// fastest speed by hand
@@ -122,11 +122,19 @@ impl WebView {
         })?;
         let registry =
             find_own_registry().ok_or("it runs without a registry, so it has no system")?;
-        let options = WebOptions { listen, registry, author: format!("{} by web", this_user()) };
+        let author = format!("{} by web", this_user());
+        let options = WebOptions { listen, keys: find_keys_folder(), registry, author };
         let is_first = self.tried.replace(Instant::now()).is_none();
         match WebServer::start(&options, Some(Arc::clone(&self.commands) as _)) {
             Ok(server) => {
-                tracing::info!("the page is at http://{}", server.address());
+                match server.remote() {
+                    None => tracing::info!("the page is at http://{}", server.address()),
+                    Some(facts) => tracing::info!(
+                        "the page is at {}; its certificate has the fingerprint {}",
+                        facts.urls.join(" and "),
+                        facts.fingerprint
+                    ),
+                }
                 self.server = Some(server);
             }
             Err(error) if is_first => tracing::warn!("there is no page: {error}"),

@@ -119,7 +119,8 @@ mod tests {
     fn key(name: &str) -> CertificateFacts {
         let purpose = KeyPurpose::Person(KeyRole::Observer);
         let holder = KeyHolder { name: name.into(), purpose };
-        CertificateFacts { holder, serial: Serial::random(), not_before_s: 0, not_after_s: 9 }
+        let serial = Serial::random();
+        CertificateFacts { holder, serial, not_before_s: 0, not_after_s: 9, sites: Vec::new() }
     }
 
     #[test]

@@ -11,7 +11,7 @@ use super::limits::GateLimits;
 
 /// The places.
 #[derive(Clone)]
-pub(crate) struct Strangers {
+pub struct Strangers {
     waiting: Arc<Mutex<Waiting>>,
     most: usize,
     most_per_address: usize,
@@ -27,25 +27,29 @@ struct Waiting {
 struct WaitingPlace {
     id: u64,
     address: IpAddr,
-    /// Dropped to end the connection.
-    _end: oneshot::Sender<()>,
+    /// Ends the connection.
+    end: oneshot::Sender<()>,
 }
 
 /// One connection's place, which is returned when this is dropped.
-pub(crate) struct StrangerPlace {
+pub struct StrangerPlace {
     strangers: Strangers,
     id: u64,
-    ended: oneshot::Receiver<()>,
+    ended: Option<oneshot::Receiver<()>>,
 }
 
 impl Strangers {
     pub(crate) fn new(limits: &GateLimits) -> Self {
-        let (most, most_per_address) = (limits.strangers, limits.strangers_per_address);
+        Self::with_places(limits.strangers, limits.strangers_per_address)
+    }
+
+    /// `most` places in total, and `most_per_address` for one address.
+    pub fn with_places(most: usize, most_per_address: usize) -> Self {
         Self { waiting: Arc::default(), most, most_per_address }
     }
 
     /// Gives a newcomer a place, and ends another connection if all are taken.
-    pub(crate) fn enter(&self, address: IpAddr) -> StrangerPlace {
+    pub fn enter(&self, address: IpAddr) -> StrangerPlace {
         let mut waiting = self.waiting.lock();
         let of = |places: &[WaitingPlace], address: IpAddr| {
             places.iter().filter(|place| place.address == address).count()
@@ -61,21 +65,36 @@ impl Strangers {
         if let Some(crowded) = crowded
             && let Some(oldest) = waiting.places.iter().position(|place| place.address == crowded)
         {
-            waiting.places.remove(oldest);
+            let _ = waiting.places.remove(oldest).end.send(());
         }
         waiting.last += 1;
         let id = waiting.last;
         let (end, ended) = oneshot::channel();
-        waiting.places.push(WaitingPlace { id, address, _end: end });
+        waiting.places.push(WaitingPlace { id, address, end });
         drop(waiting);
-        StrangerPlace { strangers: self.clone(), id, ended }
+        StrangerPlace { strangers: self.clone(), id, ended: Some(ended) }
     }
 }
 
 impl StrangerPlace {
-    /// Waits until another connection has taken the place.
-    pub(crate) async fn ended(&mut self) {
-        let _ = (&mut self.ended).await;
+    /// Waits until another connection has taken the place. Never, after [`Self::take_end`].
+    pub async fn ended(&mut self) {
+        let Some(ended) = &mut self.ended else { return std::future::pending().await };
+        if ended.await.is_err() {
+            std::future::pending::<()>().await;
+        }
+    }
+
+    /// Returns what ends with the place, with whether another connection has taken it: for a
+    /// connection that proves later that it needs none.
+    pub fn take_end(&mut self) -> impl Future<Output = bool> + Send + use<> {
+        let ended = self.ended.take();
+        async move {
+            match ended {
+                Some(ended) => ended.await.is_ok(),
+                None => false,
+            }
+        }
     }
 }
 
@@ -90,7 +109,7 @@ mod tests {
     use super::*;
 
     fn is_ended(place: &mut StrangerPlace) -> bool {
-        matches!(place.ended.try_recv(), Err(oneshot::error::TryRecvError::Closed))
+        place.ended.as_mut().is_some_and(|ended| ended.try_recv().is_ok())
     }
 
     #[test]

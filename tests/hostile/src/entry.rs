@@ -10,6 +10,7 @@ use armor_carmen_player::log::CarmenLog;
 use armor_exchange::{PlanFormat, read_plan, write_plan};
 use armor_executive::journal::verify_bytes;
 use armor_grid_slam::state::decode_state;
+use armor_keys::invitations::{Invitations, Secret};
 use armor_keys::revoked::parse_revoked;
 use armor_keys::{CertificateFacts, KeyFile};
 use armor_memory::{PageLayout, PageWords, RingEntry, RingReader, RingWriter};
@@ -263,7 +264,7 @@ pub fn read_journal(bytes: &[u8]) {
     }
 }
 
-/// The key of a person or a host, a certificate, a list of revoked keys.
+/// The key of a person or a host, a certificate, a list of revoked keys, invitations to a page.
 pub fn read_keys(bytes: &[u8]) {
     if let Err(why) = CertificateFacts::read(bytes) {
         assert!(!why.is_empty());
@@ -272,6 +273,11 @@ pub fn read_keys(bytes: &[u8]) {
     match KeyFile::from_text(text) {
         Ok(key) => assert!(!format!("{key:?}").contains("PRIVATE")),
         Err(why) => assert!(!why.is_empty()),
+    }
+    if let Ok(invitations) = Invitations::from_text(text) {
+        let again = Invitations::from_text(&invitations.to_text());
+        assert!(again.is_ok_and(|it| it.list().len() == invitations.list().len()));
+        let _ = invitations.find_visitor(&Secret::new([1; 20]), 0);
     }
     match parse_revoked(text) {
         Ok(serials) => assert!(serials.len() <= text.lines().count()),

@@ -16,11 +16,13 @@ use armor_grid_slam::recorder::StateRecorder;
 use armor_grid_slam::scan::MapperScan;
 use armor_grid_slam::slam::Slam;
 use armor_grid_slam::state::{StateFit, StateHeader, encode_header};
+use armor_keys::invitations::{InvitationOrder, Invitations, Secret};
 use armor_keys::{Authority, KeyHolder, KeyPurpose, Validity};
 use armor_memory::{PageLayout, PageWords, RingEntry, RingWriter};
 use armor_petri::file::{pnml, tina};
 use armor_recording::{Compression, MessageHead, OutputType, RecordingWriter};
 use armor_sdk::messages::LaserScan;
+use armor_wire::acting::KeyRole;
 use armor_wire::codec;
 use armor_wire::datagram::{DatagramReceiver, DatagramSender};
 use armor_wire::frame::DataHeader;
@@ -248,5 +250,12 @@ fn make_keys() -> Result<Vec<Vec<u8>>> {
     let holder = KeyHolder { name: "robot".into(), purpose: KeyPurpose::Host };
     let key = authority.issue_key(holder, Validity::days_from(0, 1)).map_err(|why| anyhow!(why))?;
     seeds.push(key.text.into_bytes());
+    let mut invitations = Invitations::default();
+    let order =
+        InvitationOrder { name: "alice".into(), role: KeyRole::Operator, for_s: 60, devices: 1 };
+    let (link, session) = (Secret::new([1; 20]), Secret::new([2; 20]));
+    invitations.invite(&order, &link, 0).map_err(|why| anyhow!(why))?;
+    invitations.redeem(&link, &session, 1)?;
+    seeds.push(invitations.to_text().into_bytes());
     Ok(seeds)
 }

@@ -159,6 +159,8 @@ fn every_seed_is_well_formed() {
     let keys = seeds("keys");
     assert!(armor_keys::revoked::parse_revoked(&text(&keys[0])).is_ok_and(|it| it.len() == 1));
     assert!(armor_keys::KeyFile::from_text(&text(&keys[1])).is_ok());
+    let invitations = armor_keys::invitations::Invitations::from_text(&text(&keys[2]));
+    assert!(invitations.is_ok_and(|it| it.list().len() == 1));
 }
 
 #[test]

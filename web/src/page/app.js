@@ -49,8 +49,10 @@ const duration = (s) => (s < 60 ? `${Math.max(0, s).toFixed(0)} s`
   : `${Math.floor(s / 60)} min ${String(Math.floor(s % 60)).padStart(2, '0')} s`);
 
 // The connection.
+const socketUrl = (path) => `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}${path}`;
 function connect() {
-  const socket = new WebSocket(`ws://${location.host}/api/live`);
+  if (!Session.isOpen()) { setTimeout(connect, 1000); return; }
+  const socket = new WebSocket(socketUrl('/api/live'));
   state.socket = socket;
   socket.onopen = () => {
     state.wanted = {};
@@ -63,6 +65,8 @@ function connect() {
   socket.onclose = () => {
     setTimeout(connect, 1000);
     showLink();
+    // The session may have ended.
+    Session.check();
   };
 }
 
@@ -233,7 +237,8 @@ function showQuestions(marking) {
     const buttons = [['Confirm', 'confirm'], ['Decline', 'decline']].map(([label, order]) => {
       const button = make('button', label, {disabled: true});
       button.addEventListener('click', () => giveOrder({order, transition: question.transition}));
-      setTimeout(() => { button.disabled = false; }, 500);
+      button.title = Session.why('operator');
+      setTimeout(() => { button.disabled = !Session.may('operator'); }, 500);
       return button;
     });
     const left = make('span', '', {className: 'quiet'});
@@ -250,7 +255,8 @@ function showEnabled(marking) {
     const now = missionNow();
     const when = it.earliest_at_s > now ? ` in ${duration(it.earliest_at_s - now)}` : ' now';
     if (it.by === 'operator') {
-      const button = make('button', 'Fire', {disabled: it.earliest_at_s > now});
+      const button = make('button', 'Fire', {
+        disabled: it.earliest_at_s > now || !Session.may('operator'), title: Session.why('operator')});
       button.addEventListener('click', () => giveOrder({order: 'fire', transition: it.transition}));
       line.append(' ', button);
     } else {
@@ -288,6 +294,18 @@ async function giveOrder(order) {
 document.querySelectorAll('[data-order]').forEach((button) =>
   button.addEventListener('click', () => giveOrder({order: button.dataset.order})));
 
+// What the role does not allow is shown as such.
+function showRole() {
+  const resume = document.querySelector('[data-order=resume]');
+  resume.disabled = !Session.may('operator');
+  resume.title = Session.why('operator');
+  for (const element of state.questions.values()) element.remove();
+  state.questions.clear();
+  if (state.mission) showMission(state.mission);
+  if (Session.isOpen()) findLaser();
+}
+Session.listen(showRole);
+
 // Alerts stay until a person acknowledges them.
 function addAlert(text) {
   state.alerts.unshift({text, at: new Date()});
@@ -302,6 +320,11 @@ function showAlerts() {
   $('alert-list').replaceChildren(...(count ? lines : [make('li', 'none', {className: 'quiet'})]));
 }
 $('acknowledge').addEventListener('click', () => { state.alerts = []; showAlerts(); });
+
+// On a phone the banner stays beneath the header, which may have two lines.
+const header = document.querySelector('header');
+new ResizeObserver(() => document.documentElement.style.setProperty('--head', `${header.offsetHeight}px`))
+  .observe(header);
 
 // The theme.
 function setTheme(theme) {

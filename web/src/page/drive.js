@@ -23,6 +23,8 @@ const Drive = (() => {
 
   function show() {
     control.textContent = isInControl() ? 'Give control back' : 'Take control';
+    control.disabled = !Session.may('operator');
+    control.title = Session.why('operator');
     stick.hidden = !isInControl() || !limits;
     release.hidden = !isStopped;
     release.disabled = !isInControl();
@@ -30,7 +32,7 @@ const Drive = (() => {
   }
 
   function take(isForced) {
-    const opened = new WebSocket(`ws://${location.host}/api/control${isForced ? '?take=true' : ''}`);
+    const opened = new WebSocket(socketUrl(`/api/control${isForced ? '?take=true' : ''}`));
     let wasOpen = false;
     let why = '';
     const beat = setInterval(() => { if (opened.readyState === 1) opened.send('{}'); }, 1000);
@@ -130,6 +132,7 @@ const Drive = (() => {
   window.addEventListener('blur', letGo);
   document.addEventListener('visibilitychange', () => { if (document.hidden) letGo(); });
   window.addEventListener('pagehide', letGo);
+  Session.listen(show);
   show();
   return {setStopped: (on) => { isStopped = on; show(); }};
 })();

@@ -2,7 +2,7 @@
 //
 // The page shows this button in a frame from the other name of this host (localhost or 127.0.0.1):
 // a browser runs that in a process of its own, so it works while the rest of the page hangs. Where
-// the frame cannot be loaded, the button of the page itself does the same.
+// the frame cannot be loaded, and over HTTPS, the button of the page itself does the same.
 'use strict';
 
 const Stop = (() => {
@@ -20,7 +20,10 @@ const Stop = (() => {
   }
 
   function connect() {
-    const opened = new WebSocket(`ws://${location.host}/api/stop/live`);
+    // In the frame no one logs in.
+    if (typeof Session !== 'undefined' && !Session.isOpen()) { setTimeout(connect, 500); return; }
+    const scheme = location.protocol === 'https:' ? 'wss' : 'ws';
+    const opened = new WebSocket(`${scheme}://${location.host}/api/stop/live`);
     socket = opened;
     let beat = null;
     opened.onopen = () => {
@@ -81,7 +84,8 @@ const Stop = (() => {
 // The page replaces its own button by the frame once that is connected.
 (() => {
   const frame = document.getElementById('stop-frame');
-  if (!frame) return;
+  // Over HTTPS the session belongs to one name of the robot.
+  if (!frame || location.protocol === 'https:') return;
   const own = document.getElementById('stop');
   const other = location.hostname === 'localhost' ? '127.0.0.1' : 'localhost';
   const url = new URL(`http://${other}:${location.port || 80}/stop.html`);

@@ -2,8 +2,8 @@
 // are never kept: an old map would look like the present one.
 'use strict';
 
-const CACHE = 'armor-page-1';
-const FILES = ['/', '/style.css', '/app.js', '/map.js', '/stop.js', '/drive.js', '/stop.html',
+const CACHE = 'armor-page-2';
+const FILES = ['/', '/style.css', '/app.js', '/map.js', '/stop.js', '/drive.js', '/session.js', '/stop.html',
   '/manifest.webmanifest', '/icon.svg'];
 
 self.addEventListener('install', (event) => {

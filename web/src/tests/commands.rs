@@ -110,6 +110,7 @@ fn a_stop_that_reaches_nothing_is_an_error_that_says_so() {
     let mut scene = Scene::begin();
     let options = WebOptions {
         listen: "127.0.0.1:0".parse().unwrap(),
+        keys: None,
         registry: scene._registry.address().to_string(),
         author: "ruth".into(),
     };
