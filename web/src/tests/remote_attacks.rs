@@ -157,7 +157,7 @@ fn damaged_requests_and_damaged_tls_end_no_service() {
             let at = dice.usize(..bytes.len());
             bytes[at] = dice.u8(..);
         }
-        if number % 2 == 0 {
+        if number.is_multiple_of(2) {
             let mut stream = scene.connect();
             let _ = stream.write_all(&bytes);
             let _ = stream.sock.shutdown(std::net::Shutdown::Write);
