@@ -212,7 +212,7 @@ fn a_key_without_names_for_browsers_is_refused_with_the_remedy() {
     let folder = armor_keys::KeysFolder::create(keys.path(), now_s).unwrap();
     let purpose = armor_keys::KeyPurpose::Host;
     let holder = armor_keys::KeyHolder { name: "robot".into(), purpose };
-    folder.add_key(holder.clone(), 10, now_s).unwrap();
+    folder.add_key(holder, 10, now_s).unwrap();
     let start = || {
         let options = WebOptions {
             listen: "0.0.0.0:0".parse().unwrap(),
