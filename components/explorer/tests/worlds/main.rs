@@ -3,6 +3,7 @@
 //! worlds, `ARMOR_FULL=1` all five with ten seeds each; `--nocapture` shows the figures.
 
 mod delivery;
+mod kills;
 mod table;
 mod trial;
 

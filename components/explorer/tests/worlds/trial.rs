@@ -2,6 +2,7 @@
 //! planner, the driver and homing, joined as the mission file joins their components, without
 //! processes.
 
+use std::collections::VecDeque;
 use std::path::Path;
 
 use armor_driver::{DriverScan, Driving, Velocity};
@@ -102,6 +103,17 @@ pub struct Trial {
     believed: Pose2,
     verbose: bool,
     report: Report,
+    /// Where the robot was at each scan that is not mapped yet.
+    scanned: VecDeque<(f64, Pose2)>,
+    mapped: Vec<MappedScan>,
+}
+
+/// What the mapper was given, and where the robot truly was.
+#[derive(Clone, Debug)]
+pub struct MappedScan {
+    pub odometry: MapperPose,
+    pub scan: MapperScan,
+    pub truth: Pose2,
 }
 
 impl Trial {
@@ -136,18 +148,30 @@ impl Trial {
             believed: Pose2::IDENTITY,
             verbose: std::env::var_os("ARMOR_TRACE").is_some(),
             report: Report { nearest_m: f64::INFINITY, ..Report::default() },
+            scanned: VecDeque::new(),
+            mapped: Vec::new(),
         }
     }
 
     /// Explores and goes home, or gives up.
     pub fn run(mut self) -> Report {
-        while self.report.home_s.is_none() && self.now_s() < GIVE_UP_S {
-            self.tick();
-        }
+        self.go_home();
         let MapScore { free_recall, wall_precision, .. } = self.score();
         (self.report.explored, self.report.wall_precision) = (free_recall, wall_precision);
         self.report.pose_error_m = self.simulation.pose().point().distance_m(self.believed.point());
         self.report
+    }
+
+    /// The same, for all that the mapper was given.
+    pub fn record(mut self) -> Vec<MappedScan> {
+        self.go_home();
+        self.mapped
+    }
+
+    fn go_home(&mut self) {
+        while self.report.home_s.is_none() && self.now_s() < GIVE_UP_S {
+            self.tick();
+        }
     }
 
     /// The map so far.
@@ -243,6 +267,7 @@ impl Trial {
                     self.to_driver.send(now_s, Sent::Odometry(time_s, motion.pose));
                 }
                 SensorReading::Scan(ranges) => {
+                    self.scanned.push_back((time_s, after));
                     self.to_mapper.send(now_s, Sent::Scan(time_s, ranges.clone()));
                     self.to_driver.send(now_s, Sent::Scan(time_s, ranges));
                 }
@@ -273,6 +298,12 @@ impl Trial {
         while let Some((odometry, scan)) = self.pairing.next_pair() {
             let estimate = self.mapper.add(odometry, &scan);
             self.map_is_new |= estimate.drawn;
+            while let Some((stamp_s, truth)) = self.scanned.pop_front() {
+                if stamp_s >= scan.stamp_s {
+                    self.mapped.push(MappedScan { odometry, scan: scan.clone(), truth });
+                    break;
+                }
+            }
             let mut jump_m = || self.random.normal(self.conditions.pose_jump_m);
             let MapperPose { x_m, y_m, yaw_rad } = estimate.pose;
             let pose = Pose2::new(x_m + jump_m(), y_m + jump_m(), yaw_rad);
