@@ -12,10 +12,12 @@ use ring::rand::{SecureRandom, SystemRandom};
 
 use crate::folder::FolderError;
 use crate::invitations::{Invitations, SECRET_LEN, Secret};
-use crate::key_file::{check_folder, read_secret};
+use crate::key_file::{check_folder, read_long_secret};
 
 /// The file.
 pub const INVITATIONS: &str = "invitations";
+/// Longest file, in bytes: twice what the most invitations with all their sessions need.
+const MAX_LEN: u64 = 1 << 20;
 
 /// See the module.
 #[derive(Debug)]
@@ -121,13 +123,24 @@ fn look_at(path: &Path) -> Option<FileState> {
 }
 
 fn read_invitations(path: &Path) -> Result<Invitations, FolderError> {
-    let Ok(metadata) = fs::symlink_metadata(path) else { return Ok(Invitations::default()) };
     let folder_error = |reason| FolderError::Folder { path: path.into(), reason };
+    let metadata = match fs::symlink_metadata(path) {
+        Ok(metadata) => metadata,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+            return Ok(Invitations::default());
+        }
+        Err(error) => return Err(folder_error(error.to_string())),
+    };
     if metadata.is_symlink() {
         let reason = "it is a symbolic link, which is not followed: remove the link".to_owned();
         return Err(folder_error(reason));
     }
-    Invitations::from_text(&read_secret(path)?).map_err(folder_error)
+    Invitations::from_text(&read_long_secret(path, MAX_LEN)?).map_err(|reason| {
+        folder_error(format!(
+            "{reason}; another version of armor may have written it. Without this file nobody is \
+             logged in: remove it, and make new invitations with `armor keys invite`"
+        ))
+    })
 }
 
 #[cfg(test)]
@@ -138,7 +151,7 @@ mod tests {
     use armor_wire::acting::KeyRole;
 
     use super::*;
-    use crate::invitations::InvitationOrder;
+    use crate::invitations::{InvitationOrder, MAX_DEVICES, MAX_INVITATIONS};
 
     fn private_folder() -> tempfile::TempDir {
         let folder = tempfile::tempdir().expect("a folder");
@@ -197,6 +210,47 @@ mod tests {
         fs::set_permissions(folder.path(), Permissions::from_mode(0o755)).expect("its mode");
         let error = InvitationFile::open(folder.path()).expect_err("others can enter");
         assert!(error.to_string().contains("chmod 700"), "{error}");
+    }
+
+    #[test]
+    fn the_most_invitations_with_all_their_sessions_are_read_again() {
+        let folder = private_folder();
+        let file = InvitationFile::open(folder.path()).expect("no file yet");
+        let name = "a".repeat(64);
+        let order = InvitationOrder {
+            name: name.clone(),
+            role: KeyRole::Observer,
+            for_s: 60,
+            devices: MAX_DEVICES,
+        };
+        let fill = |all: &mut Invitations| {
+            for _ in 0..MAX_INVITATIONS {
+                let secret = draw_secret()?;
+                all.invite(&order, &secret, 0).map_err(FolderError::Refused)?;
+                for _ in 0..MAX_DEVICES {
+                    let session = draw_secret()?;
+                    let redeemed = all.redeem(&secret, &session, 1);
+                    redeemed.map_err(|fault| FolderError::Refused(fault.to_string()))?;
+                }
+            }
+            Ok::<_, FolderError>(())
+        };
+        file.change(fill).expect("they are saved");
+        let len = fs::metadata(file.path()).expect("the file").len();
+        assert!(len > 64 << 10 && len < MAX_LEN, "{len}");
+        let revoked = file.change(|all| Ok::<_, FolderError>(all.revoke(&name, 2)));
+        assert_eq!(revoked.expect("it is read"), MAX_INVITATIONS);
+    }
+
+    #[test]
+    fn what_another_version_wrote_is_refused_with_what_to_do() {
+        let folder = private_folder();
+        let file = InvitationFile::open(folder.path()).expect("no file yet");
+        invite(&file, "alice");
+        let text = fs::read_to_string(file.path()).expect("the file");
+        fs::write(file.path(), format!("{text}future 2 x\n")).expect("written");
+        let error = InvitationFile::open(folder.path()).expect_err("an unknown line");
+        assert!(error.to_string().contains("remove it, and make new invitations"), "{error}");
     }
 
     #[test]

@@ -231,10 +231,10 @@ impl Invitations {
             ));
         }
         if !(1..=LONGEST_S).contains(for_s) {
-            let days = LONGEST_S / DAY_S;
+            let (days, hours) = (LONGEST_S / DAY_S, LONGEST_S / 3600);
             return Err(format!(
-                "an invitation is for a second to {days} days; for longer, make a key with `armor \
-                 keys add`"
+                "an invitation is for a second to {days} days ({hours}h); for longer, make a key with \
+                 `armor keys add`"
             ));
         }
         if !(1..=MAX_DEVICES).contains(devices) {

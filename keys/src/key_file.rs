@@ -118,19 +118,28 @@ pub(crate) fn describe_fingerprint(certificate: &[u8]) -> String {
 
 /// Reads a file with a secret, which only its owner may read.
 pub(crate) fn read_secret(path: &Path) -> Result<String, KeyFileError> {
+    read_long_secret(path, MAX_LEN)
+}
+
+/// As [`read_secret`], a file of at most so many bytes.
+pub(crate) fn read_long_secret(path: &Path, max_len: u64) -> Result<String, KeyFileError> {
     let unreadable = |reason| KeyFileError::Unreadable { path: path.into(), reason };
     let mut file = armor_files::open_regular_file(path).map_err(unreadable)?;
     let metadata = file.metadata().map_err(unreadable)?;
     check_mode(path, metadata.mode(), "600")?;
-    read_text(&mut file).map_err(unreadable)
+    read_at_most(&mut file, max_len).map_err(unreadable)
 }
 
 /// Reads a file of at most [`MAX_LEN`] bytes.
 pub(crate) fn read_text(file: &mut fs::File) -> std::io::Result<String> {
+    read_at_most(file, MAX_LEN)
+}
+
+fn read_at_most(file: &mut fs::File, max_len: u64) -> std::io::Result<String> {
     let mut text = String::new();
-    file.take(MAX_LEN + 1).read_to_string(&mut text)?;
-    if text.len() as u64 > MAX_LEN {
-        return Err(std::io::Error::other(format!("it is longer than {MAX_LEN} bytes")));
+    file.take(max_len + 1).read_to_string(&mut text)?;
+    if text.len() as u64 > max_len {
+        return Err(std::io::Error::other(format!("it is longer than {max_len} bytes")));
     }
     Ok(text)
 }
@@ -150,7 +159,7 @@ fn add_advice(reason: std::io::Error) -> std::io::Error {
         return reason;
     }
     let advice = "copy the key of this host (`armor keys add NAME --role host`) and the list \
-                  `revoked` there, or name their folder with --keys DIR";
+                  `revoked` there, or name their folder with --keys DIR or the variable ARMOR_KEYS";
     std::io::Error::new(reason.kind(), format!("{reason}: {advice}"))
 }
 

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail};
 use armor_keys::expiry::{describe_notice, format_date, now_s};
 use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED, find_keys_folder, has_authority};
 use armor_keys::invitation_file::InvitationFile;
-use armor_keys::{CertificateFacts, KeyHolder, KeyPurpose, KeysFolder, NewKey, SiteName};
+use armor_keys::{CertificateFacts, HostKeys, KeyHolder, KeyPurpose, KeysFolder, NewKey, SiteName};
 use clap::{Args, Subcommand};
 use serde_json::{Value, json};
 
@@ -206,10 +206,17 @@ fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
     })
 }
 
+/// What a folder with the key of a host answers that has no invitations.
+const NOTHING_YET: &str = "the folder of a robot's key, without invitations: `armor keys invite NAME \
+                           --role ROLE` makes one; keys are listed and revoked where the authority is";
+
 fn print_keys(arguments: &ListArguments, format: OutputFormat) -> Result<()> {
     let path = arguments.directory.path()?;
     // On a robot there are invitations and no authority.
     let has_invitations = InvitationFile::exists_in(&path);
+    if !has_authority(&path) && !has_invitations && HostKeys::read(&path).is_ok() {
+        bail!("{}: {NOTHING_YET}", path.display());
+    }
     if has_authority(&path) || !has_invitations {
         print_own_keys(&KeysFolder::open(&path)?, format)?;
     }
@@ -262,6 +269,7 @@ fn revoke_keys(arguments: &RevokeArguments, format: OutputFormat) -> Result<()> 
         return match ended {
             Some(1..) => Ok(()),
             Some(0) => bail!("{} has no valid invitation here", arguments.name),
+            None if HostKeys::read(&path).is_ok() => bail!("{}: {NOTHING_YET}", path.display()),
             None => KeysFolder::open(&path).map(drop).map_err(Into::into),
         };
     }

@@ -63,12 +63,16 @@ pub(crate) async fn set_parameter(
         WebFailure::bad(error.to_string(), "the body", remedy)
     })?;
     let place = place_of(&component, &name);
-    caller.log(&format!("sets {place}"));
+    let what = match &body.value {
+        Some(value) => format!("has set {place} to {value:?}"),
+        None => format!("has set {place} to its default"),
+    };
     let set = move |configd: &mut ConfigdConnection| {
         configd.set(&component, &name, body.value.as_deref())
     };
     match ask_configd(&web, set).await? {
         SetOutcome::Set { version, changes, findings } => {
+            caller.log(&what);
             let changes: Vec<_> = changes
                 .iter()
                 .map(|change| json!({"text": change.text, "effect": change.effect.as_str()}))

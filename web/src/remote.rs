@@ -41,6 +41,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(250);
 const MAX_HANDSHAKES: (usize, usize) = (64, 16);
 /// Connections whose client is not logged in: a browser opens six at most.
 const MAX_GUESTS: (usize, usize) = (96, 24);
+/// Connections of persons who are logged in, in total and of one session: a browser opens six, and the
+/// page a WebSocket. With the guests they leave 32 to the user of this host.
+const MAX_VISITORS: (usize, usize) = (128, 24);
 /// Connections for STOP. Those of persons who are logged in; a newcomer takes the place of the oldest.
 const MAX_STOP_SEATS: usize = 128;
 
@@ -94,6 +97,7 @@ pub(crate) struct RemoteAccess {
     connections: Mutex<Vec<Weak<RemoteConnection>>>,
     pub(crate) handshakes: Strangers,
     pub(crate) guests: Strangers,
+    pub(crate) visitors: Strangers<Secret>,
     pub(crate) stop_seats: Strangers,
     pub(crate) logins: AtomicU64,
     pub(crate) wrong_secrets: AtomicU64,
@@ -148,6 +152,7 @@ impl RemoteAccess {
             connections: Mutex::default(),
             handshakes: Strangers::with_places(MAX_HANDSHAKES.0, MAX_HANDSHAKES.1),
             guests: Strangers::with_places(MAX_GUESTS.0, MAX_GUESTS.1),
+            visitors: Strangers::with_places(MAX_VISITORS.0, MAX_VISITORS.1),
             stop_seats: Strangers::with_places(MAX_STOP_SEATS, MAX_STOP_SEATS),
             logins: AtomicU64::new(0),
             wrong_secrets: AtomicU64::new(0),
@@ -189,8 +194,16 @@ impl RemoteAccess {
             *self.now.lock() = Arc::new(now);
         }
         self.announce_end();
-        if let Err(error) = self.invitations.look() {
-            tracing::warn!("{error}; until this is fixed the invitations stay as they were");
+        let had_invitations = !self.invitations.current().list().is_empty();
+        match self.invitations.look() {
+            Ok(true) if had_invitations && self.invitations.current().list().is_empty() => {
+                let path = self.invitations.path();
+                tracing::warn!("{} is gone or empty: nobody is logged in any more", path.display());
+            }
+            Ok(_) => {}
+            Err(error) => {
+                tracing::warn!("{error}; until this is fixed the invitations stay as they were");
+            }
         }
         let is_refused = self.host_now().refused.is_some();
         let mut connections = self.connections.lock();

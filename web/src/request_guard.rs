@@ -89,7 +89,7 @@ fn name_caller(web: &WebState, request: &mut Request) -> Result<(), WebFailure> 
             };
             let (caller, session) = identify(remote, request.headers());
             if let Some(session) = session {
-                connection.bind(session, &remote.stop_seats);
+                connection.bind(session, remote);
             }
             caller
         }

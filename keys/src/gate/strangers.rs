@@ -1,5 +1,6 @@
-//! Places for connections whose other end has not proven a key yet. A newcomer always gets one: the
-//! longest waiting of its own address, or of the address that has most, loses its own.
+//! Places for connections, as for those whose other end has not proven a key yet. A newcomer always
+//! gets one: the oldest of its own address, or of the address that has most, loses its own. In place
+//! of an address something else may tell who a connection belongs to, such as a session.
 
 use std::net::IpAddr;
 use std::sync::Arc;
@@ -11,29 +12,28 @@ use super::limits::GateLimits;
 
 /// The places.
 #[derive(Clone)]
-pub struct Strangers {
-    waiting: Arc<Mutex<Waiting>>,
+pub struct Strangers<K = IpAddr> {
+    waiting: Arc<Mutex<Waiting<K>>>,
     most: usize,
     most_per_address: usize,
 }
 
-#[derive(Default)]
-struct Waiting {
+struct Waiting<K> {
     last: u64,
     /// The oldest first.
-    places: Vec<WaitingPlace>,
+    places: Vec<WaitingPlace<K>>,
 }
 
-struct WaitingPlace {
+struct WaitingPlace<K> {
     id: u64,
-    address: IpAddr,
+    address: K,
     /// Ends the connection.
     end: oneshot::Sender<()>,
 }
 
 /// One connection's place, which is returned when this is dropped.
-pub struct StrangerPlace {
-    strangers: Strangers,
+pub struct StrangerPlace<K: Clone + PartialEq = IpAddr> {
+    strangers: Strangers<K>,
     id: u64,
     ended: Option<oneshot::Receiver<()>>,
 }
@@ -42,23 +42,26 @@ impl Strangers {
     pub(crate) fn new(limits: &GateLimits) -> Self {
         Self::with_places(limits.strangers, limits.strangers_per_address)
     }
+}
 
+impl<K: Clone + PartialEq> Strangers<K> {
     /// `most` places in total, and `most_per_address` for one address.
     pub fn with_places(most: usize, most_per_address: usize) -> Self {
-        Self { waiting: Arc::default(), most, most_per_address }
+        let waiting = Waiting { last: 0, places: Vec::new() };
+        Self { waiting: Arc::new(Mutex::new(waiting)), most, most_per_address }
     }
 
     /// Gives a newcomer a place, and ends another connection if all are taken.
-    pub fn enter(&self, address: IpAddr) -> StrangerPlace {
+    pub fn enter(&self, address: K) -> StrangerPlace<K> {
         let mut waiting = self.waiting.lock();
-        let of = |places: &[WaitingPlace], address: IpAddr| {
-            places.iter().filter(|place| place.address == address).count()
+        let of = |places: &[WaitingPlace<K>], address: &K| {
+            places.iter().filter(|place| place.address == *address).count()
         };
-        let crowded = if of(&waiting.places, address) >= self.most_per_address {
-            Some(address)
+        let crowded = if of(&waiting.places, &address) >= self.most_per_address {
+            Some(address.clone())
         } else if waiting.places.len() >= self.most {
-            let all = waiting.places.iter().map(|place| place.address);
-            all.max_by_key(|one| of(&waiting.places, *one))
+            let all = waiting.places.iter().map(|place| &place.address);
+            all.max_by_key(|one| of(&waiting.places, one)).cloned()
         } else {
             None
         };
@@ -76,7 +79,7 @@ impl Strangers {
     }
 }
 
-impl StrangerPlace {
+impl<K: Clone + PartialEq> StrangerPlace<K> {
     /// Waits until another connection has taken the place. Never, after [`Self::take_end`].
     pub async fn ended(&mut self) {
         let Some(ended) = &mut self.ended else { return std::future::pending().await };
@@ -87,7 +90,7 @@ impl StrangerPlace {
 
     /// Returns what ends with the place, with whether another connection has taken it: for a
     /// connection that proves later that it needs none.
-    pub fn take_end(&mut self) -> impl Future<Output = bool> + Send + use<> {
+    pub fn take_end(&mut self) -> impl Future<Output = bool> + Send + use<K> {
         let ended = self.ended.take();
         async move {
             match ended {
@@ -98,7 +101,7 @@ impl StrangerPlace {
     }
 }
 
-impl Drop for StrangerPlace {
+impl<K: Clone + PartialEq> Drop for StrangerPlace<K> {
     fn drop(&mut self) {
         self.strangers.waiting.lock().places.retain(|place| place.id != self.id);
     }

@@ -7,6 +7,7 @@ const Session = (() => {
   const listeners = [];
   // Until the server has answered, the page behaves as where no one logs in.
   let now = {login: 'unknown'};
+  let since_ms = 0;
 
   const isOpen = () => now.login !== 'needed';
   const may = (role) => now.login !== 'done' || RANKS[now.role] >= RANKS[role];
@@ -15,6 +16,7 @@ const Session = (() => {
   function set(next) {
     const before = now;
     now = next;
+    since_ms = performance.now();
     // Nothing that was shown to a person stays in sight.
     if (before.login === 'done' && next.login === 'needed') { location.reload(); return; }
     show();
@@ -29,10 +31,12 @@ const Session = (() => {
     if (now.login === 'needed') {
       find('login-host').textContent = now.host;
       const problem = now.problem || '';
-      find('login-problem').textContent = problem && `${problem[0].toUpperCase()}${problem.slice(1)}.`;
+      // Why a link was not accepted stays in sight.
+      if (problem) find('login-problem').textContent = `${problem[0].toUpperCase()}${problem.slice(1)}.`;
     }
     if (now.login === 'done') {
-      const left = now.until_s - Date.now() / 1000;
+      // The clock of a phone may differ from the robot's.
+      const left = now.left_s - (performance.now() - since_ms) / 1000;
       const soon = left < 900 ? `, ${Math.max(1, Math.round(left / 60))} min left` : '';
       find('who').textContent = `${now.name} · ${now.role}${soon}`;
       find('who').title = `until ${new Date(now.until_s * 1000).toLocaleString()}`;
@@ -53,9 +57,19 @@ const Session = (() => {
     const problem = find('login-problem');
     if (!secret) { problem.textContent = 'This is no link of an invitation.'; return; }
     problem.textContent = '…';
+    // It stays there until it was used: without a connection it is tried again.
+    find('invite').value = secret;
+    const send = (replace) => fetch('/api/login', {method: 'POST',
+      headers: {'Content-Type': 'application/json'}, body: JSON.stringify({invite: secret.toLowerCase(), replace})});
     try {
-      const response = await fetch('/api/login', {method: 'POST',
-        headers: {'Content-Type': 'application/json'}, body: JSON.stringify({invite: secret.toLowerCase()})});
+      let response = await send(false);
+      if (response.status === 409 && now.login === 'done') {
+        if (!confirm(`You are ${now.name} (${now.role}). Log out, and log in with this invitation?`)) {
+          find('invite').value = '';
+          return;
+        }
+        response = await send(true);
+      }
       const answer = await response.json();
       if (response.ok) { find('invite').value = ''; await check(); return; }
       await check();
@@ -81,7 +95,8 @@ const Session = (() => {
     if (event.key === 'Enter') logIn(event.target.value);
   });
   find('log-out').addEventListener('click', async () => {
-    await fetch('/api/logout', {method: 'POST'}).catch(() => {});
+    const isOut = await fetch('/api/logout', {method: 'POST'}).then((response) => response.ok, () => false);
+    if (!isOut) alert('You are still logged in: the robot did not answer, or could not save it. Try again.');
     await check();
   });
   window.addEventListener('hashchange', readLink);

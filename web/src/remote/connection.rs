@@ -5,10 +5,12 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::{Context, Poll};
 
+use armor_keys::StrangerPlace;
 use armor_keys::invitations::Secret;
-use armor_keys::{StrangerPlace, Strangers};
 use futures_util::task::AtomicWaker;
 use parking_lot::Mutex;
+
+use super::RemoteAccess;
 
 /// See the module.
 pub(crate) struct RemoteConnection {
@@ -16,6 +18,8 @@ pub(crate) struct RemoteConnection {
     session: Mutex<Option<Secret>>,
     /// The place of a client that is not logged in, or of one that is on the thread for STOP.
     place: Mutex<Option<StrangerPlace>>,
+    /// The place of a client that is logged in.
+    visitor_place: Mutex<Option<StrangerPlace<Secret>>>,
     /// Whether the thread for STOP serves it.
     is_stop: bool,
     is_cut: AtomicBool,
@@ -29,6 +33,7 @@ impl RemoteConnection {
             address,
             session: Mutex::default(),
             place: Mutex::default(),
+            visitor_place: Mutex::default(),
             is_stop,
             is_cut: AtomicBool::new(false),
             waiting: AtomicWaker::new(),
@@ -37,8 +42,11 @@ impl RemoteConnection {
 
     /// Keeps a place until [`Self::bind`], and ends with it when another connection takes it.
     pub(crate) fn hold_place(self: &Arc<Self>, mut place: StrangerPlace) {
-        let is_taken = place.take_end();
+        self.end_with(place.take_end());
         *self.place.lock() = Some(place);
+    }
+
+    fn end_with(self: &Arc<Self>, is_taken: impl Future<Output = bool> + Send + 'static) {
         let connection = Arc::downgrade(self);
         tokio::spawn(async move {
             if is_taken.await
@@ -50,14 +58,19 @@ impl RemoteConnection {
     }
 
     /// Notes the session of the newest request: the connection ends with it. A person who is logged
-    /// in needs no place of a guest; for STOP there is one among `stop_seats`.
-    pub(crate) fn bind(self: &Arc<Self>, session: Secret, stop_seats: &Strangers) {
-        if self.session.lock().replace(session).is_some() {
+    /// in needs no place of a guest, and has some of their own, fewer than there are in total: one
+    /// person does not shut the others out.
+    pub(crate) fn bind(self: &Arc<Self>, session: Secret, remote: &RemoteAccess) {
+        if self.session.lock().replace(session.clone()).is_some() {
             return;
         }
         drop(self.place.lock().take());
         if self.is_stop {
-            self.hold_place(stop_seats.enter(self.address));
+            self.hold_place(remote.stop_seats.enter(self.address));
+        } else {
+            let mut place = remote.visitors.enter(session);
+            self.end_with(place.take_end());
+            *self.visitor_place.lock() = Some(place);
         }
     }
 

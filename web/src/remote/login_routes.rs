@@ -25,6 +25,9 @@ use crate::web_state::WebState;
 #[serde(deny_unknown_fields)]
 struct LoginBody {
     invite: String,
+    /// Whether another session of this browser may end.
+    #[serde(default)]
+    replace: bool,
 }
 
 /// Returns who sends a request with these headers.
@@ -88,6 +91,18 @@ pub(crate) async fn log_in(
     {
         return Ok(json_response(StatusCode::OK, &describe_visitor(visitor)));
     }
+    // A link of another person must not end the work of this one by itself.
+    if let Caller::Visitor(visitor) = &caller
+        && !body.replace
+    {
+        let Visitor { name, role, .. } = visitor;
+        return Err(WebFailure::new(
+            StatusCode::CONFLICT,
+            format!("this browser is logged in as {name} ({role}); the invitation was not used"),
+            "the session",
+            "log out first, or send {\"replace\": true} with the invitation",
+        ));
+    }
     let address = connection.address;
     let before = read_session(&headers);
     let remote_there = Arc::clone(&remote);
@@ -105,7 +120,7 @@ pub(crate) async fn log_in(
     let mut response = json_response(StatusCode::OK, &describe_visitor(&visitor));
     let cookie = give_session(&session, visitor.until_s.saturating_sub(now_s()).max(1));
     set_cookie(&mut response, cookie);
-    connection.bind(session, &remote.stop_seats);
+    connection.bind(session, &remote);
     Ok(response)
 }
 

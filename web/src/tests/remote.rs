@@ -163,6 +163,20 @@ fn a_revocation_ends_open_connections_and_the_robot_stands() {
 }
 
 #[test]
+fn a_link_of_another_person_ends_no_session_by_itself() {
+    let scene = RemoteScene::begin();
+    let mut browser = scene.browser_of("alice", KeyRole::Operator);
+    let link = scene.invite("bob", KeyRole::Observer, 1);
+    let (status, response) = browser.log_in(&link);
+    assert!(status == 409 && response.contains("logged in as alice (operator)"), "{response}");
+    assert_eq!(browser.json("GET", "/api/session", "").1["name"], "alice");
+    let body = format!(r#"{{"invite":"{link}","replace":true}}"#);
+    let (status, answer) = browser.json("POST", "/api/login", &body);
+    assert!(status == 200 && answer["name"] == "bob", "{answer}");
+    assert_eq!(browser.json("GET", "/api/session", "").1["login"], "needed", "alice's has ended");
+}
+
+#[test]
 fn logging_out_ends_the_other_connections_of_the_browser() {
     let scene = RemoteScene::begin();
     let alice = scene.browser_of("alice", KeyRole::Operator);

@@ -2,7 +2,7 @@
 
 use armor_wire::acting::KeyRole;
 
-use super::remote_scene::{HOST, RemoteScene, read_tls};
+use super::remote_scene::{HOST, RemoteScene, read_tls, wait_for_end};
 use super::*;
 
 /// Damaged requests over TLS in each run; [`FULL_COUNT`] with `ARMOR_FULL=1`.
@@ -120,6 +120,18 @@ fn clients_that_say_nothing_keep_no_one_out() {
     live.send(tungstenite::Message::text(r#"{"stop":true,"id":2}"#)).unwrap();
     assert_eq!(read_tls(&mut live)["stopped"], true, "a person keeps the connection for STOP");
     drop((silent, half, guests, halves));
+}
+
+#[test]
+fn a_person_with_many_connections_shuts_no_one_out() {
+    let scene = RemoteScene::begin();
+    let olga = scene.browser_of("olga", KeyRole::Observer);
+    let mut sockets: Vec<_> = (0..30).map(|_| olga.open("/api/live").expect("open")).collect();
+    // 24 of one session: the oldest end.
+    wait_for_end(&mut sockets[0]);
+    let alice = scene.browser_of("alice", KeyRole::Operator);
+    assert_eq!(alice.json("GET", "/api/system", "").0, 200);
+    alice.open("/api/live").expect("another person's");
 }
 
 #[test]
