@@ -2,7 +2,7 @@
 """Uses the page from a phone as a person does: an invitation, STOP, a role, a revocation.
 
 Needs what run.py needs. Runs missions/web.xml with keys of its own, and serves the page over HTTPS.
-Chromium is told to trust the robot's key (`--ignore-certificate-errors-spki-list`), as a phone does
+Chromium is made to trust the robot's key (`--ignore-certificate-errors-spki-list`), as a phone does
 that has the certificate of the authority.
 """
 

@@ -44,7 +44,7 @@ class Site:
         return self.run_keys("invite", name, "--role", role, "--at", at)[0]["link"]
 
     def spki(self):
-        """The hash of the robot's public key, by which Chromium is told to trust it."""
+        """The hash of the robot's public key, by which Chromium trusts it."""
         pem = ssl.get_server_certificate((HOST, self.port))
         public = subprocess.run(["openssl", "x509", "-pubkey", "-noout"], input=pem, text=True,
                                 check=True, capture_output=True).stdout

@@ -198,7 +198,7 @@ impl RemoteAccess {
         match self.invitations.look() {
             Ok(true) if had_invitations && self.invitations.current().list().is_empty() => {
                 let path = self.invitations.path();
-                tracing::warn!("{} is gone or empty: nobody is logged in any more", path.display());
+                tracing::warn!("{} is gone or empty: all sessions have ended", path.display());
             }
             Ok(_) => {}
             Err(error) => {

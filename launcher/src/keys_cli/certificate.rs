@@ -36,7 +36,7 @@ pub(super) fn write_certificate(
     print_line(format_args!("{out}: SHA-256 {fingerprint}"))?;
     print_wrapped(format_args!(
         "it is not secret; a browser that trusts it opens the pages of these robots without a \
-         warning, and believes whoever has the secret key of the authority about every other site, \
+         warning, and believes those with the secret key of the authority about every other site, \
          too: install it only on devices of the people who work with the robots"
     ))
 }

@@ -25,7 +25,7 @@ use crate::print::{Table, print_line, print_wrapped, terminal_width};
   armor keys invite bob --role observer --for 72h --devices 2
   armor keys invite bob --role operator --at robot.local:9000
 
-Run it on the robot's host. Whoever opens the link first is logged in as this person: send it over a
+Run it on the robot's host. The first who opens the link is logged in as this person: send it over a
 private channel, or let the phone read the code from the terminal.")]
 pub struct InviteArguments {
     /// Name of the person, under which their orders are journaled.
