@@ -54,7 +54,7 @@ pub struct Dropped {
     pub repeated: u64,
     /// Reports that no transition waits for.
     pub unheard: u64,
-    /// Orders that were refused and, as there were too many, not written down.
+    /// Orders that were refused or changed nothing and, as there were too many, not written down.
     pub orders: u64,
 }
 

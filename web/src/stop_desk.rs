@@ -2,10 +2,11 @@
 
 use std::io;
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime};
+use std::time::SystemTime;
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
+use armor_socket::Repeats;
 use axum::http::StatusCode;
 use parking_lot::Mutex;
 use serde_json::{Value, json};
@@ -14,9 +15,6 @@ use tokio::sync::watch;
 use crate::commands::RobotCommands;
 use crate::failure::WebFailure;
 use crate::order_desk::OrderDesk;
-
-/// Time within which the same order of the same person is logged once: a flood must fill no log.
-const LOGGED_ONCE_WITHIN: Duration = Duration::from_secs(1);
 
 /// How STOP reached the robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,14 +32,37 @@ struct StopOrder {
     at_s: f64,
 }
 
+/// Which orders were logged: a flood must fill no log.
+#[derive(Debug, Default)]
+struct LoggedOrders {
+    /// Whether the last order was STOP.
+    is_stop: Option<bool>,
+    /// The same order again, by author.
+    repeats: Repeats<String>,
+}
+
+impl LoggedOrders {
+    /// Notes an order; returns what is to be logged. The first order of each author is, and the first
+    /// one after another order.
+    fn note(&mut self, author: &str, is_stop: bool) -> Option<String> {
+        if self.is_stop.replace(is_stop) != Some(is_stop) {
+            self.repeats.clear();
+        }
+        let what = if is_stop { "orders STOP" } else { "releases STOP" };
+        match self.repeats.note(author.to_owned())? {
+            1 => Some(format!("{author} {what}")),
+            count => Some(format!("{author} {what}, {count} times meanwhile")),
+        }
+    }
+}
+
 /// Orders STOP and its release. It shares no thread and no connection with any other route.
 pub(crate) struct StopDesk {
     commands: Option<Arc<dyn RobotCommands>>,
     orders: OrderDesk,
     /// The last order of this process; none: it is not known whether the robot is stopped.
     last: Mutex<Option<StopOrder>>,
-    /// The order that was logged last: who, whether it was STOP, and when.
-    logged: Mutex<Option<(String, bool, Instant)>>,
+    logged: Mutex<LoggedOrders>,
     news: watch::Sender<u64>,
 }
 
@@ -142,13 +163,9 @@ impl StopDesk {
     /// Logs who has ordered it: no journal has what is published to the robot.
     fn log_order(&self, author: Option<&str>, is_stop: bool) {
         let Some(author) = author else { return };
-        let mut logged = self.logged.lock();
-        let is_same = logged.as_ref().is_some_and(|(name, was_stop, at)| {
-            name == author && *was_stop == is_stop && at.elapsed() < LOGGED_ONCE_WITHIN
-        });
-        if !is_same {
-            *logged = Some((author.to_owned(), is_stop, Instant::now()));
-            tracing::info!("{author} {}", if is_stop { "orders STOP" } else { "releases STOP" });
+        let text = self.logged.lock().note(author, is_stop);
+        if let Some(text) = text {
+            tracing::info!("{text}");
         }
     }
 
@@ -169,6 +186,27 @@ impl StopMeans {
         match self {
             Self::Published => "published",
             Self::Paused => "paused",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn repeated_orders_of_several_persons_are_folded_and_each_change_is_logged() {
+        let mut logged = LoggedOrders::default();
+        let mut lines = Vec::new();
+        for _ in 0..1000 {
+            lines.extend(["olga", "bob"].iter().filter_map(|author| logged.note(author, true)));
+        }
+        assert_eq!(lines.len(), 20, "{lines:?}");
+        assert_eq!(lines[..2], ["olga orders STOP", "bob orders STOP"]);
+        assert_eq!(lines[18], "olga orders STOP, 512 times meanwhile");
+        for is_stop in [false, true] {
+            let what = if is_stop { "orders STOP" } else { "releases STOP" };
+            assert_eq!(logged.note("bob", is_stop), Some(format!("bob {what}")));
         }
     }
 }

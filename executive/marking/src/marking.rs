@@ -49,7 +49,7 @@ pub struct Marking {
     pub late_reports: u64,
     /// Reports that nothing in the mission waited for.
     pub unheard_reports: u64,
-    /// Orders that were refused and, as there were too many, not written down.
+    /// Orders that were refused or changed nothing and, as there were too many, not written down.
     pub unwritten_orders: u64,
     /// Whether it stands still.
     pub pause: Option<Paused>,

@@ -15,6 +15,8 @@ use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::advise_similar;
 use armor_robotfile::mission::Autonomy;
+use armor_socket::Repeats;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -22,6 +24,9 @@ use std::time::Duration;
 const REFUSALS: usize = 10;
 /// See [`REFUSALS`].
 const REFUSALS_WITHIN: Duration = Duration::from_secs(1);
+
+/// Most orders in [`Operators::passed_over`]: as many as the ledger remembers of those written down.
+const PASSED_OVER: usize = 64;
 
 /// Most names that a refusal lists.
 const MAX_LISTED: usize = 20;
@@ -41,17 +46,29 @@ pub(super) struct Operators {
     link: HolderLink,
     /// Tokens to be moved once that is proven to be safe.
     moves: MoveProofs,
-    /// Orders that were refused and, as there were too many, not written down.
+    /// Orders that were refused or changed nothing and, as there were too many, not written down.
     unwritten: u64,
+    /// By author and order: accepted orders since the last one that changed anything.
+    repeats: Repeats<(String, String)>,
+    /// The last accepted orders that were not written down, the oldest first: author, request and
+    /// answer. One that is sent again must not be taken for a new one: it would pause a mission that was
+    /// resumed meanwhile.
+    passed_over: VecDeque<(String, u64, String)>,
 }
 
 impl Operators {
     /// Begins without a connection to the holder.
     pub(super) fn new(host: Duration) -> Self {
-        Self { link: HolderLink::Down(host), moves: MoveProofs::default(), unwritten: 0 }
+        Self {
+            link: HolderLink::Down(host),
+            moves: MoveProofs::default(),
+            unwritten: 0,
+            repeats: Repeats::default(),
+            passed_over: VecDeque::new(),
+        }
     }
 
-    /// Returns how many refused orders were not written down.
+    /// Returns how many orders were not written down.
     pub(super) fn unwritten(&self) -> u64 {
         self.unwritten
     }
@@ -83,6 +100,7 @@ impl Operators {
         };
         let known = cx.ledger().authority().orders().rev().find(is_known);
         let known = known.map(|known| (known.0.accepted, known.0.text.clone()));
+        let known = known.or_else(|| self.find_passed_over(&given));
         if known.is_none() && self.has_to_be_proven(cx, dates, &given) {
             return;
         }
@@ -129,6 +147,14 @@ impl Operators {
         lately.filter(|past| !past.0.accepted).count() >= REFUSALS
     }
 
+    /// Returns the answer to an accepted order that was not written down.
+    fn find_passed_over(&self, given: &IncomingOrder) -> Option<(bool, String)> {
+        let mut passed_over = self.passed_over.iter().rev();
+        let is_same =
+            |past: &&(String, u64, String)| past.1 == given.request && past.0 == given.by.author;
+        passed_over.find(is_same).map(|past| (true, past.2.clone()))
+    }
+
     fn judge_and_record(
         &mut self,
         cx: &mut Context,
@@ -140,7 +166,8 @@ impl Operators {
         self.write_down(cx, given, judged)
     }
 
-    /// Writes down the verdict on an order; refusals beyond the limit are only counted.
+    /// Writes down the verdict on an order; refusals beyond the limit are only counted, and so are
+    /// most repetitions of an order that changes nothing.
     fn write_down(
         &mut self,
         cx: &mut Context,
@@ -160,8 +187,27 @@ impl Operators {
             self.unwritten += 1;
             return (accepted, text);
         }
-        let IncomingOrder { request, by, take, order, .. } = given.clone();
+        let mut text = text;
+        if accepted && ousted.is_none() && changes_nothing(cx, &given.order) {
+            // Any observer may give such an order, as often as they like.
+            match self.repeats.note((given.by.author.clone(), given.order.to_string())) {
+                None => {
+                    self.unwritten += 1;
+                    if self.passed_over.len() >= PASSED_OVER {
+                        self.passed_over.pop_front();
+                    }
+                    let author = given.by.author.clone();
+                    self.passed_over.push_back((author, given.request, text.clone()));
+                    return (accepted, text);
+                }
+                Some(1) => {}
+                Some(count) => text = format!("{text}; ordered {count} times meanwhile"),
+            }
+        } else if accepted {
+            self.repeats.clear();
+        }
         let text_kept = text.clone();
+        let IncomingOrder { request, by, take, order, .. } = given.clone();
         let taker = by.author.clone();
         cx.record_entry(JournalEntry::Ordered(Judged { request, by, take, order, accepted, text }));
         if let (true, Some(_), HolderLink::Up(connection)) = (accepted, ousted, self.link) {
@@ -302,6 +348,15 @@ impl Operators {
         let (accepted, text) = self.write_down(cx, given, judged);
         let IncomingOrder { connection, request, .. } = *given;
         cx.add_action(ControllerAction::Answer { connection, request, accepted, text });
+    }
+}
+
+/// Whether an order that is accepted leaves the mission as it is.
+fn changes_nothing(cx: &Context, order: &MissionOrder) -> bool {
+    match order {
+        MissionOrder::Pause => cx.ledger().pause().is_some(),
+        MissionOrder::Safe => cx.ledger().stage() == MissionStage::Retreating,
+        _ => false,
     }
 }
 

@@ -67,7 +67,7 @@ pub(super) struct Bench {
     pub(super) records: Vec<JournalRecord>,
     instances: u64,
     answers: Vec<String>,
-    request: u64,
+    pub(super) request: u64,
     /// Why the host's clock may be wrong; `None` if it is trusted.
     pub(super) clock_doubts: Option<String>,
 }

@@ -122,6 +122,37 @@ fn the_safe_place_is_ordered_by_anyone_in_any_phase() {
 }
 
 #[test]
+fn a_repeated_pause_changes_nothing_and_does_not_fill_the_journal() {
+    let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
+    assert_eq!(bench.orders("sam", MissionOrder::Pause), "accepted: the mission is paused");
+    let before = bench.records.len();
+    for count in 1..=1000_u64 {
+        let mut expected = "accepted: the mission is paused already, by sam".to_owned();
+        if count > 1 && count.is_power_of_two() {
+            expected += &format!("; ordered {count} times meanwhile");
+        }
+        assert_eq!(bench.orders("sam", MissionOrder::Pause), expected);
+    }
+    let last = bench.orders("sam", MissionOrder::Pause);
+    let repeated = bench.request;
+    // The 1st, 2nd, 4th … 512th.
+    assert_eq!(bench.records.len() - before, 10);
+    let written = format!("{:?}", bench.records.last().unwrap());
+    assert!(written.contains("ordered 512 times meanwhile"), "{written}");
+    assert_eq!(bench.controller.marking(0.0).unwritten_orders, 991);
+    bench.orders("tom", MissionOrder::Pause);
+    assert_eq!(bench.records.len() - before, 11, "that of another author is written down");
+    assert_eq!(bench.orders("sam", MissionOrder::Resume), "accepted: the mission continues");
+    // Its answer was lost.
+    assert_eq!(bench.orders_as("sam", repeated, false, MissionOrder::Pause), last);
+    assert!(bench.controller.marking(0.0).pause.is_none(), "it pauses nothing");
+    assert_eq!(bench.orders("sam", MissionOrder::Pause), "accepted: the mission is paused");
+    let before = bench.records.len();
+    bench.orders("sam", MissionOrder::Pause);
+    assert_eq!(bench.records.len() - before, 1, "each pause counts from the begin");
+}
+
+#[test]
 fn the_holder_of_the_lease_commands_until_it_is_released_or_taken() {
     let mut bench = Bench::begun(with_recall(Autonomy::Operator, None));
     assert_eq!(

@@ -97,7 +97,9 @@ pub fn format_marking(marking: &Marking, age_s: f64, file: Option<&str>) -> Stri
     }
     if marking.unwritten_orders > 0 {
         let orders = marking.unwritten_orders;
-        out += &format!("orders refused that are not in the journal, as too many came: {orders}\n");
+        out += &format!(
+            "orders that are not in the journal, as too many were refused or changed nothing: {orders}\n"
+        );
     }
     out
 }
