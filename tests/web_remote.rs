@@ -4,6 +4,7 @@
 use std::fs;
 use std::io::{Read, Write};
 use std::net::TcpStream;
+use std::os::unix::fs::{PermissionsExt, symlink};
 use std::sync::Arc;
 
 use rustls::pki_types::{CertificateDer, ServerName};
@@ -227,10 +228,11 @@ fn a_component_serves_its_page_to_other_hosts_too() {
              <parameter name='listen' value='0.0.0.0:{port}'/></component></system></armor>"
         ),
     );
-    let keys = folder.path().join("keys");
-    let mut command = folder.armor(&["run", "page.xml", "--headless", "--out", "out"]);
+    // The folder that the shell names is not the one that the launcher is given.
+    let mut command =
+        folder.armor(&["run", "page.xml", "--headless", "--out", "out", "--keys", "keys"]);
     let registry = format!("127.0.0.1:{}", free_port());
-    command.args(["--registry", &registry]).env("ARMOR_KEYS", &keys);
+    command.args(["--registry", &registry]).env("ARMOR_KEYS", folder.path().join("none"));
     let run = Dialogue::start(&mut command);
     let plain = wait_for("the page", || {
         let mut stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
@@ -241,7 +243,53 @@ fn a_component_serves_its_page_to_other_hosts_too() {
         (!response.is_empty()).then_some(response)
     });
     assert!(plain.starts_with("HTTP/1.1 308 "), "only HTTPS is served: {plain}");
+    let arguments = ["invite", "bob", "--role", "observer", "--for", "3d"];
+    let link = keys_ok(&folder, &arguments);
+    assert!(link.starts_with(&format!("https://{HOST}:{port}/#invite=")), "its port: {link}");
     run.kill();
+}
+
+#[test]
+fn the_folder_of_a_robot_shows_its_own_key_and_links_are_not_followed() {
+    let folder = Folder::new("web-remote-robot");
+    keys_ok(&folder, &["init"]);
+    let added =
+        keys_ok(&folder, &["add", "robot", "--role", "host", "--at", HOST, "--at", "127.0.0.1"]);
+    assert!(added.contains("robot.key"), "{added}");
+    let renewed = keys_ok(&folder, &["renew", "robot"]);
+    assert!(renewed.contains("as before, at robot.test, 127.0.0.1"), "{renewed}");
+    let renewed = keys_ok(&folder, &["renew", "robot", "--at", HOST]);
+    assert!(renewed.contains("no longer at 127.0.0.1"), "{renewed}");
+
+    let robot = folder.path().join("robot");
+    fs::create_dir(&robot).expect("a folder");
+    fs::set_permissions(&robot, fs::Permissions::from_mode(0o700)).expect("its mode");
+    for name in ["robot.key", "revoked"] {
+        fs::copy(folder.path().join("keys").join(name), robot.join(name)).expect("copied");
+    }
+    let keys = |arguments: &[&str]| {
+        let mut command = folder.armor(&["keys"]);
+        run_to_end(command.args(arguments).args(["--keys", "robot"]))
+    };
+    let (code, out, err) = keys(&["list"]);
+    assert!(code == 0 && out.contains("robot (host), at robot.test, valid until"), "{out}{err}");
+    assert!(err.contains("armor keys invite NAME"), "{err}");
+    let fingerprint = out.lines().find_map(|line| line.strip_prefix("SHA-256 ")).expect("one");
+    let (_, out, _) = keys(&["list", "--format", "json"]);
+    let record: Value = serde_json::from_str(&out).expect("JSON");
+    assert_eq!(
+        (record["name"].as_str(), record["fingerprint"].as_str()),
+        (Some("robot"), Some(fingerprint))
+    );
+    assert_eq!(keys(&["invite", "bob", "--role", "observer"]).0, 0);
+    let (_, out, err) = keys(&["list"]);
+    assert!(out.contains(fingerprint) && out.contains("bob") && err.is_empty(), "{out}{err}");
+
+    folder.write("precious", "text");
+    symlink("precious", folder.path().join("authority.crt")).expect("a link");
+    let (code, _, err) = keys(&["certificate"]);
+    assert!(code == 1 && err.contains("symbolic link") && err.contains("--out"), "{code} {err}");
+    assert_eq!(fs::read_to_string(folder.path().join("precious")).expect("the file"), "text");
 }
 
 #[test]

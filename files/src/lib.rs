@@ -67,6 +67,17 @@ pub fn save_private_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
     write_and_commit(PendingFile::create_private(path)?, bytes, Durability::Synced)
 }
 
+/// Saves `bytes` as [`save_private_file`] does, for the owner of the folder: a file that root writes into
+/// the folder of another user belongs to that user.
+///
+/// # Errors
+/// As [`save_private_file`], and if root may not give the file away.
+pub fn save_folder_owners_file(path: &Path, bytes: &[u8]) -> Result<(), SaveError> {
+    let mut pending = PendingFile::create_private(path)?;
+    pending.give_to_owner_of_folder()?;
+    write_and_commit(pending, bytes, Durability::Synced)
+}
+
 /// Replaces the file as [`replace_atomically`] does. If it did not exist, only this user can read
 /// it. A symbolic link is not followed.
 ///

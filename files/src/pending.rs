@@ -38,6 +38,8 @@ pub struct PendingFile {
     /// The path that is replaced: `path`, with its symbolic links followed unless it is private.
     target: PathBuf,
     old: Option<Metadata>,
+    /// Who is to own the new version, if not the owner of the old one.
+    owner: Option<(u32, u32)>,
     temporary: NamedTempFile,
 }
 
@@ -76,7 +78,25 @@ impl PendingFile {
         // The lock shows a writer in another container or on another host that this one is alive.
         // On a file system without locks only the process number in the name does.
         let _ = temporary.as_file().try_lock();
-        Ok(Self { path: path.to_path_buf(), target, old, temporary })
+        Ok(Self { path: path.to_path_buf(), target, old, owner: None, temporary })
+    }
+
+    /// Gives the new version the owner and the group of its folder. What root writes into a folder of
+    /// another user could not be read by that user otherwise.
+    ///
+    /// # Errors
+    /// If this user may not give a file away.
+    pub fn give_to_owner_of_folder(&mut self) -> Result<(), SaveError> {
+        let step = "it cannot be given to the owner of its folder; run this as that user";
+        let failed = |reason| not_saved(&self.path, step, reason);
+        let folder = fs::metadata(folder_of(&self.target)).map_err(failed)?;
+        let own = self.temporary.as_file().metadata().map_err(failed)?;
+        if own.uid() != folder.uid() {
+            let (user, group) = (folder.uid(), folder.gid());
+            fchown(self.temporary.as_file(), Some(user), Some(group)).map_err(failed)?;
+        }
+        self.owner = Some((folder.uid(), folder.gid()));
+        Ok(())
     }
 
     /// Appends bytes.
@@ -102,8 +122,10 @@ impl PendingFile {
     pub fn commit(self, durability: Durability) -> Result<File, SaveError> {
         if let Some(old) = &self.old {
             let file = self.temporary.as_file();
-            // Only root may give a file away. For others it becomes their own, as in any editor.
-            let _ = fchown(file, Some(old.uid()), Some(old.gid()));
+            if self.owner.is_none() {
+                // Only root may give a file away. For others it becomes their own, as in any editor.
+                let _ = fchown(file, Some(old.uid()), Some(old.gid()));
+            }
             let mode = Permissions::from_mode(old.mode() & PERMISSION_BITS);
             file.set_permissions(mode).map_err(|reason| self.new_version_failed(reason))?;
         }

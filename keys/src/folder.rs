@@ -4,7 +4,7 @@
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 
-use armor_files::{SaveError, create_own_folder, save_private_file};
+use armor_files::{SaveError, create_own_folder, save_folder_owners_file};
 use thiserror::Error;
 
 use crate::authority::{Authority, IssuedKey, NewKey, Validity};
@@ -106,9 +106,9 @@ impl KeysFolder {
             ));
         }
         let authority = Authority::create(now_s).map_err(folder_error)?;
-        save_private_file(&path.join(ISSUED), ISSUED_HEADER.as_bytes())?;
-        save_private_file(&path.join(REVOKED), REVOKED_HEADER.as_bytes())?;
-        save_private_file(&file, authority.to_text().as_bytes())?;
+        save_folder_owners_file(&path.join(ISSUED), ISSUED_HEADER.as_bytes())?;
+        save_folder_owners_file(&path.join(REVOKED), REVOKED_HEADER.as_bytes())?;
+        save_folder_owners_file(&file, authority.to_text().as_bytes())?;
         Self::open(path)
     }
 
@@ -284,7 +284,7 @@ impl KeysFolder {
         }
         // A file that exists would keep its mode.
         let _ = fs::remove_file(&path);
-        save_private_file(&path, text.as_bytes())?;
+        save_folder_owners_file(&path, text.as_bytes())?;
         Ok(AddedKey { facts, path })
     }
 
@@ -313,15 +313,18 @@ impl KeysFolder {
             text.push('\n');
         }
         text.push_str(lines);
-        Ok(save_private_file(&self.path.join(name), text.as_bytes())?)
+        Ok(save_folder_owners_file(&self.path.join(name), text.as_bytes())?)
     }
 }
+
+/// The variable that names the folder of keys.
+pub const KEYS_VARIABLE: &str = "ARMOR_KEYS";
 
 /// Returns the folder of keys of this user: that in `ARMOR_KEYS`, or `armor/keys` in the folder for
 /// configuration; `None` for a user without a home.
 pub fn find_keys_folder() -> Option<PathBuf> {
     let set = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty());
-    if let Some(folder) = set("ARMOR_KEYS") {
+    if let Some(folder) = set(KEYS_VARIABLE) {
         return Some(folder.into());
     }
     let configuration = set("XDG_CONFIG_HOME").map(PathBuf::from).filter(|path| path.is_absolute());

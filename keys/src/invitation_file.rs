@@ -6,7 +6,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use armor_files::save_private_file;
+use armor_files::save_folder_owners_file;
 use parking_lot::Mutex;
 use ring::rand::{SecureRandom, SystemRandom};
 
@@ -16,7 +16,7 @@ use crate::key_file::{check_folder, read_long_secret};
 
 /// The file.
 pub const INVITATIONS: &str = "invitations";
-/// Longest file, in bytes: twice what the most invitations with all their sessions need.
+/// Longest file, in bytes: half as much again as the most invitations with all their sessions need.
 const MAX_LEN: u64 = 1 << 20;
 
 /// See the module.
@@ -60,8 +60,20 @@ impl InvitationFile {
     /// # Errors
     /// As [`Self::open`]; what was read before stays in force.
     pub fn look(&self) -> Result<bool, FolderError> {
+        self.look_again(&mut self.disk.lock())
+    }
+
+    /// Does the same as [`Self::look`], unless the file is being read or written right now: that may
+    /// take long while the disk hangs, and what is changed here is current without another look.
+    ///
+    /// # Errors
+    /// As [`Self::look`].
+    pub fn look_unless_busy(&self) -> Result<bool, FolderError> {
+        self.disk.try_lock().map_or(Ok(false), |mut seen| self.look_again(&mut seen))
+    }
+
+    fn look_again(&self, seen: &mut Option<FileState>) -> Result<bool, FolderError> {
         let path = self.path();
-        let mut seen = self.disk.lock();
         let state = look_at(&path);
         if state == *seen {
             return Ok(false);
@@ -88,7 +100,6 @@ impl InvitationFile {
         &self,
         change: impl FnOnce(&mut Invitations) -> Result<R, E>,
     ) -> Result<R, E> {
-        let mut seen = self.disk.lock();
         let path = self.path();
         let folder_error = |reason: std::io::Error| FolderError::Folder {
             path: self.folder.clone(),
@@ -96,10 +107,13 @@ impl InvitationFile {
         };
         check_folder(&self.folder).map_err(FolderError::from)?;
         let lock = File::open(&self.folder).map_err(folder_error)?;
+        // Before the mutex: another program that hangs with the lock keeps no reader waiting.
         lock.lock().map_err(folder_error)?;
+        let mut seen = self.disk.lock();
         let mut invitations = read_invitations(&path)?;
         let done = change(&mut invitations)?;
-        save_private_file(&path, invitations.to_text().as_bytes()).map_err(FolderError::from)?;
+        save_folder_owners_file(&path, invitations.to_text().as_bytes())
+            .map_err(FolderError::from)?;
         *seen = look_at(&path);
         *self.current.lock() = Arc::new(invitations);
         Ok(done)
@@ -179,7 +193,8 @@ mod tests {
         assert!(server.look().expect("it is read") && !server.look().expect("once"));
         let session = draw_secret().expect("random numbers");
         let redeemed = server.change(|all| {
-            all.redeem(&link, &session, 1).map_err(|fault| FolderError::Refused(fault.to_string()))
+            all.redeem(&link, &session, None, 1)
+                .map_err(|fault| FolderError::Refused(fault.to_string()))
         });
         assert_eq!(redeemed.expect("it is accepted").name, "alice");
         invite(&tool, "bob");
@@ -229,7 +244,7 @@ mod tests {
                 all.invite(&order, &secret, 0).map_err(FolderError::Refused)?;
                 for _ in 0..MAX_DEVICES {
                     let session = draw_secret()?;
-                    let redeemed = all.redeem(&secret, &session, 1);
+                    let redeemed = all.redeem(&secret, &session, Some(&session), 1);
                     redeemed.map_err(|fault| FolderError::Refused(fault.to_string()))?;
                 }
             }
@@ -237,7 +252,7 @@ mod tests {
         };
         file.change(fill).expect("they are saved");
         let len = fs::metadata(file.path()).expect("the file").len();
-        assert!(len > 64 << 10 && len < MAX_LEN, "{len}");
+        assert!(len > 64 << 10 && len + len / 3 < MAX_LEN, "{len}");
         let revoked = file.change(|all| Ok::<_, FolderError>(all.revoke(&name, 2)));
         assert_eq!(revoked.expect("it is read"), MAX_INVITATIONS);
     }
@@ -251,6 +266,65 @@ mod tests {
         fs::write(file.path(), format!("{text}future 2 x\n")).expect("written");
         let error = InvitationFile::open(folder.path()).expect_err("an unknown line");
         assert!(error.to_string().contains("remove it, and make new invitations"), "{error}");
+    }
+
+    #[test]
+    fn another_program_that_hangs_with_the_lock_keeps_no_reader_waiting() {
+        let folder = private_folder();
+        let file = InvitationFile::open(folder.path()).expect("no file yet");
+        let other = File::open(folder.path()).expect("the folder");
+        other.lock().expect("the lock");
+        std::thread::scope(|scope| {
+            // Moved here: if an assertion fails, the change must not wait for it.
+            let other = other;
+            let change = scope.spawn(|| invite(&file, "alice"));
+            let begin = std::time::Instant::now();
+            // By far long enough for the change to arrive at the lock.
+            while begin.elapsed() < std::time::Duration::from_millis(200) {
+                assert!(file.disk.try_lock().is_some(), "a reader would wait");
+                assert!(!file.look().expect("nothing has changed"));
+            }
+            assert!(!change.is_finished());
+            drop(other);
+            change.join().expect("it is made");
+        });
+        assert_eq!(file.current().list().len(), 1);
+    }
+
+    #[test]
+    fn a_look_that_may_not_wait_passes_over_a_change_under_way() {
+        let folder = private_folder();
+        let file = InvitationFile::open(folder.path()).expect("no file yet");
+        invite(&InvitationFile::open(folder.path()).expect("another program"), "alice");
+        let looked = file.change(|_| {
+            let looked = file.look_unless_busy().expect("it does not wait");
+            Ok::<_, FolderError>(looked)
+        });
+        assert!(!looked.expect("the change is made"));
+        assert_eq!(file.current().list().len(), 1, "the change has read it");
+        invite(&InvitationFile::open(folder.path()).expect("another program"), "bob");
+        assert!(file.look_unless_busy().expect("it is read"));
+    }
+
+    #[test]
+    fn what_root_writes_into_the_folder_of_another_user_is_theirs() {
+        const OTHER: u32 = 65534;
+        let folder = private_folder();
+        if std::os::unix::fs::chown(folder.path(), Some(OTHER), Some(OTHER)).is_err() {
+            // Only root can give a folder away.
+            return;
+        }
+        let file = InvitationFile::open(folder.path()).expect("no file yet");
+        let owner = || {
+            let metadata = fs::metadata(file.path()).expect("the file");
+            (metadata.uid(), metadata.gid(), metadata.mode() & 0o777)
+        };
+        invite(&file, "alice");
+        assert_eq!(owner(), (OTHER, OTHER, 0o600));
+        std::os::unix::fs::chown(file.path(), Some(0), Some(0))
+            .expect("as an older version left it");
+        invite(&file, "bob");
+        assert_eq!(owner(), (OTHER, OTHER, 0o600), "it is repaired");
     }
 
     #[test]

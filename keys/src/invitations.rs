@@ -12,7 +12,7 @@ use armor_wire::name::is_name;
 use ring::digest::{SHA256, digest};
 use thiserror::Error;
 
-use crate::expiry::DAY_S;
+use crate::expiry::{DAY_S, format_time};
 
 /// Most invitations that are stored; those that ended are removed first.
 pub const MAX_INVITATIONS: usize = 256;
@@ -21,7 +21,13 @@ pub const MAX_DEVICES: u32 = 16;
 /// Longest time of an invitation. Who needs access for longer gets a key, or another invitation.
 pub const LONGEST_S: i64 = 90 * DAY_S;
 /// An invitation that has ended is listed for this long.
-const LISTED_S: i64 = 7 * DAY_S;
+pub const LISTED_S: i64 = 7 * DAY_S;
+/// A browser that got no answer may log in again for this long without using another place. Longer
+/// than a person walks back to the network; shorter than a device is lent.
+pub const REPEATED_WITHIN_S: i64 = 600;
+/// What to do about a wrong clock, on the host that has it.
+pub const CLOCK_REMEDY: &str = "set the clock of the robot: `timedatectl set-ntp true`, or without a \
+                                network `date -s \"2030-12-31 23:59\"`, both as root";
 /// How far a clock may have been set back before an invitation is not valid yet.
 const CLOCK_MARGIN_S: i64 = 300;
 /// Bytes of a secret: 160 random bits.
@@ -139,6 +145,16 @@ impl Invitation {
             InvitationState::Open
         }
     }
+
+    /// Whether its sessions are valid in this state.
+    fn check(&self, state: InvitationState) -> Result<(), AccessFault> {
+        match state {
+            InvitationState::Open | InvitationState::Used => Ok(()),
+            InvitationState::Revoked => Err(AccessFault::Revoked),
+            InvitationState::Expired => Err(AccessFault::Expired { at_s: self.until_s }),
+            InvitationState::Later => Err(AccessFault::Later),
+        }
+    }
 }
 
 /// The session of a browser.
@@ -148,6 +164,8 @@ struct Session {
     invitation: u32,
     made_s: i64,
     secret: SecretHash,
+    /// What the browser drew before it logged in, and sends again if it gets no answer.
+    attempt: Option<SecretHash>,
 }
 
 /// A person who is logged in.
@@ -176,10 +194,13 @@ pub enum AccessFault {
     #[error("it was revoked")]
     Revoked,
     /// Its time is over.
-    #[error("its time is over")]
-    Expired,
+    #[error("it expired at {time}", time = format_time(*at_s))]
+    Expired {
+        /// Since when, in seconds since 1970.
+        at_s: i64,
+    },
     /// The clock is wrong.
-    #[error("the robot's clock shows a time before it was made: set the clock")]
+    #[error("the robot's clock shows a time before it was made: {remedy}", remedy = CLOCK_REMEDY)]
     Later,
 }
 
@@ -231,9 +252,9 @@ impl Invitations {
             ));
         }
         if !(1..=LONGEST_S).contains(for_s) {
-            let (days, hours) = (LONGEST_S / DAY_S, LONGEST_S / 3600);
+            let days = LONGEST_S / DAY_S;
             return Err(format!(
-                "an invitation is for a second to {days} days ({hours}h); for longer, make a key with \
+                "an invitation is for a second to {days} days ({days}d); for longer, make a key with \
                  `armor keys add`"
             ));
         }
@@ -271,7 +292,10 @@ impl Invitations {
         self.invitations.iter().fold(None, compare)
     }
 
-    /// Exchanges the secret of a link for a session with the secret `session`.
+    /// Exchanges the secret of a link for a session with the secret `session`. If the browser has sent
+    /// the same `attempt` within [`REPEATED_WITHIN_S`], its answer was lost: the session of that time
+    /// gets the new secret, and no other place is used. Another browser does not know the attempt,
+    /// so that the link alone gives it nothing.
     ///
     /// # Errors
     /// Why the invitation is not accepted.
@@ -279,20 +303,35 @@ impl Invitations {
         &mut self,
         secret: &Secret,
         session: &Secret,
+        attempt: Option<&Secret>,
         now_s: i64,
     ) -> Result<Visitor, AccessFault> {
         let id = self.find_invitation(secret).ok_or(AccessFault::Unknown)?;
         let invitation = self.invitations.iter_mut().find(|it| it.id == id);
         let invitation = invitation.ok_or(AccessFault::Unknown)?;
-        match invitation.state(now_s) {
-            InvitationState::Open => {}
-            InvitationState::Used => return Err(AccessFault::Used),
-            ended => check_state(ended)?,
+        let state = invitation.state(now_s);
+        invitation.check(state)?;
+        let attempt = attempt.map(Secret::hash);
+        for session in &mut self.sessions {
+            if !(0..=REPEATED_WITHIN_S).contains(&now_s.saturating_sub(session.made_s)) {
+                session.attempt = None;
+            }
+        }
+        let is_repeated = |it: &&mut Session| {
+            let same = it.attempt.as_ref().zip(attempt.as_ref());
+            it.invitation == id && same.is_some_and(|(before, now)| before.is(now))
+        };
+        if let Some(repeated) = self.sessions.iter_mut().find(is_repeated) {
+            repeated.secret = session.hash();
+            return Ok(describe_visitor(invitation));
+        }
+        if state == InvitationState::Used {
+            return Err(AccessFault::Used);
         }
         invitation.used += 1;
-        let visitor = describe_visitor(invitation);
-        self.sessions.push(Session { invitation: id, made_s: now_s, secret: session.hash() });
-        Ok(visitor)
+        let secret = session.hash();
+        self.sessions.push(Session { invitation: id, made_s: now_s, secret, attempt });
+        Ok(describe_visitor(invitation))
     }
 
     /// Returns who has the session with this secret.
@@ -305,7 +344,7 @@ impl Invitations {
         let found = self.sessions.iter().fold(None, compare).ok_or(AccessFault::Unknown)?;
         let invitation = self.invitations.iter().find(|it| it.id == found.invitation);
         let invitation = invitation.ok_or(AccessFault::Unknown)?;
-        check_state(invitation.state(now_s))?;
+        invitation.check(invitation.state(now_s))?;
         Ok(describe_visitor(invitation))
     }
 
@@ -317,7 +356,7 @@ impl Invitations {
 
     /// Revokes all invitations of a name that are valid, with their sessions; returns their number.
     pub fn revoke(&mut self, name: &str, now_s: i64) -> usize {
-        let is_valid = |it: &Invitation| check_state(it.state(now_s)).is_ok();
+        let is_valid = |it: &Invitation| it.check(it.state(now_s)).is_ok();
         // One that a wrong clock hides is revoked, too.
         let ends = |it: &Invitation| is_valid(it) || it.state(now_s) == InvitationState::Later;
         let of_name = self.invitations.iter_mut().filter(|it| it.name == name && ends(it));
@@ -352,8 +391,10 @@ impl Invitations {
                 "invitation {id} {name} {role} {made_s} {until_s} {devices} {used} {state} {hash}"
             );
         }
-        for Session { invitation, made_s, secret } in &self.sessions {
-            let _ = writeln!(text, "session {invitation} {made_s} {}", write_hex(&secret.0));
+        for Session { invitation, made_s, secret, attempt } in &self.sessions {
+            let _ = write!(text, "session {invitation} {made_s} {}", write_hex(&secret.0));
+            let attempt = attempt.as_ref().map(|attempt| format!(" {}", write_hex(&attempt.0)));
+            let _ = writeln!(text, "{}", attempt.unwrap_or_default());
         }
         text
     }
@@ -373,12 +414,18 @@ impl Invitations {
                 ["invitation", ..] => {
                     read.invitations.push(parse_invitation(&words).ok_or_else(wrong)?);
                 }
-                ["session", invitation, made_s, hash] => {
+                ["session", invitation, made_s, hash, ref attempt @ ..] => {
                     let session = (|| {
+                        let attempt = match attempt {
+                            [] => None,
+                            [hash] => Some(SecretHash(read_hex(hash)?)),
+                            _ => return None,
+                        };
                         Some(Session {
                             invitation: invitation.parse().ok()?,
                             made_s: made_s.parse().ok()?,
                             secret: SecretHash(read_hex(hash)?),
+                            attempt,
                         })
                     })();
                     read.sessions.push(session.ok_or_else(wrong)?);
@@ -393,16 +440,6 @@ impl Invitations {
 impl Session {
     fn is(&self, hash: &SecretHash) -> bool {
         self.secret.is(hash)
-    }
-}
-
-/// Whether sessions of an invitation in this state are valid.
-fn check_state(state: InvitationState) -> Result<(), AccessFault> {
-    match state {
-        InvitationState::Open | InvitationState::Used => Ok(()),
-        InvitationState::Revoked => Err(AccessFault::Revoked),
-        InvitationState::Expired => Err(AccessFault::Expired),
-        InvitationState::Later => Err(AccessFault::Later),
     }
 }
 

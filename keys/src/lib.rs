@@ -23,6 +23,7 @@ pub mod identity;
 pub mod invitation_file;
 pub mod invitations;
 pub mod key_file;
+pub mod page_port;
 pub mod reach;
 mod redial;
 mod replay;

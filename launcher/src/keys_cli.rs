@@ -4,12 +4,15 @@
 mod certificate;
 mod invitations;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use armor_keys::expiry::{describe_notice, format_date, now_s};
-use armor_keys::folder::{AddedKey, KeyState, ListedKey, REVOKED, find_keys_folder, has_authority};
+use armor_keys::folder::{
+    AddedKey, KEYS_VARIABLE, KeyState, ListedKey, REVOKED, find_keys_folder, has_authority,
+};
 use armor_keys::invitation_file::InvitationFile;
 use armor_keys::{CertificateFacts, HostKeys, KeyHolder, KeyPurpose, KeysFolder, NewKey, SiteName};
 use clap::{Args, Subcommand};
@@ -111,8 +114,8 @@ pub struct RenewArguments {
     #[arg(long, value_name = "N", default_value_t = DAYS, value_parser = clap::value_parser!(u32).range(1..))]
     pub days: u32,
     /// A name or address under which browsers open the robot's page, such as robot.local or
-    /// 192.168.0.7; may be given several times. Default:
-    /// those of the old key.
+    /// 192.168.0.7; may be given several times, and replaces those of the old key. Default: those of
+    /// the old key.
     #[arg(long = "at", value_name = "ADDRESS")]
     pub sites: Vec<SiteName>,
     #[command(flatten)]
@@ -127,6 +130,14 @@ impl KeysDirectory {
     pub fn path(&self) -> Result<PathBuf> {
         let own = self.keys.clone().or_else(find_keys_folder);
         own.context("HOME is not set: give --keys DIR")
+    }
+
+    /// Returns the variable with which a process uses the folder that was given here, if one was.
+    pub fn variable(&self) -> Option<(OsString, OsString)> {
+        let folder = self.keys.as_ref()?;
+        // The process may have another working directory.
+        let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.clone());
+        Some((KEYS_VARIABLE.into(), folder.into()))
     }
 }
 
@@ -155,8 +166,15 @@ fn run_command(command: &KeysCommand, format: OutputFormat) -> Result<CommandEnd
         KeysCommand::Renew(arguments) => {
             let folder = KeysFolder::open(&arguments.directory.path()?)?;
             let RenewArguments { name, sites, days, .. } = arguments;
+            let before = folder.list_keys(now_s())?;
             let added = folder.renew_key(name, sites, *days, now_s())?;
-            print_added(&added, format)
+            print_added(&added, format)?;
+            let before = before.iter().rev().find(|key| key.facts.holder.name == *name);
+            let text = before.and_then(|before| compare_sites(&before.facts, &added.facts));
+            match text.filter(|_| format == OutputFormat::Text) {
+                Some(text) => print_wrapped(text),
+                None => Ok(()),
+            }
         }
         KeysCommand::Invite(arguments) => invitations::invite(arguments, format),
         KeysCommand::Certificate(arguments) => certificate::write_certificate(arguments, format),
@@ -206,6 +224,29 @@ fn print_added(added: &AddedKey, format: OutputFormat) -> Result<()> {
     })
 }
 
+/// What became of the addresses for browsers in a key that was renewed.
+fn compare_sites(before: &CertificateFacts, renewed: &CertificateFacts) -> Option<String> {
+    let list = |sites: &[&SiteName]| {
+        let sites: Vec<_> = sites.iter().map(ToString::to_string).collect();
+        sites.join(", ")
+    };
+    let kept: Vec<_> = renewed.sites.iter().collect();
+    let lost: Vec<_> = before.sites.iter().filter(|site| !renewed.sites.contains(site)).collect();
+    match (kept.is_empty(), lost.is_empty()) {
+        (true, _) => None,
+        (false, true) if before.sites == renewed.sites => {
+            Some(format!("browsers open its page as before, at {}", list(&kept)))
+        }
+        (false, true) => Some(format!("browsers open its page at {}", list(&kept))),
+        (false, false) => Some(format!(
+            "browsers open its page at {}, and no longer at {}: --at replaces all addresses of the \
+             old key",
+            list(&kept),
+            list(&lost)
+        )),
+    }
+}
+
 /// What a folder with the key of a host answers that has no invitations.
 const NOTHING_YET: &str = "the folder of a robot's key, without invitations: `armor keys invite NAME \
                            --role ROLE` makes one; keys are listed and revoked where the authority is";
@@ -214,13 +255,53 @@ fn print_keys(arguments: &ListArguments, format: OutputFormat) -> Result<()> {
     let path = arguments.directory.path()?;
     // On a robot there are invitations and no authority.
     let has_invitations = InvitationFile::exists_in(&path);
-    if !has_authority(&path) && !has_invitations && HostKeys::read(&path).is_ok() {
-        bail!("{}: {NOTHING_YET}", path.display());
+    let host = if has_authority(&path) { None } else { HostKeys::read(&path).ok() };
+    match &host {
+        Some(host) => print_host_key(host, format)?,
+        None if has_authority(&path) || !has_invitations => {
+            print_own_keys(&KeysFolder::open(&path)?, format)?;
+        }
+        None => {}
     }
-    if has_authority(&path) || !has_invitations {
-        print_own_keys(&KeysFolder::open(&path)?, format)?;
+    if has_invitations {
+        return invitations::print_invitations(&path, format);
     }
-    if has_invitations { invitations::print_invitations(&path, format) } else { Ok(()) }
+    if host.is_some() {
+        print_notice(format_args!("{}: {NOTHING_YET}", path.display()));
+    }
+    Ok(())
+}
+
+/// Prints the key of this host, with the fingerprint that a browser shows.
+fn print_host_key(host: &HostKeys, format: OutputFormat) -> Result<()> {
+    let (facts, fingerprint, now_s) = (host.facts(), host.fingerprint(), now_s());
+    let state = if host.is_revoked() {
+        KeyState::Revoked
+    } else if facts.not_after_s < now_s {
+        KeyState::Expired
+    } else {
+        KeyState::Valid
+    };
+    if format == OutputFormat::Json {
+        let mut record = describe_key(&facts);
+        record["state"] = json!(word_for(state));
+        record["fingerprint"] = json!(fingerprint);
+        return print_line(record);
+    }
+    let sites: Vec<_> = facts.sites.iter().map(SiteName::to_string).collect();
+    let at = if sites.is_empty() { String::new() } else { format!(", at {}", sites.join(", ")) };
+    print_line(format_args!(
+        "the key of this host: {}{at}, {} until {}\nSHA-256 {fingerprint}",
+        facts.holder,
+        word_for(state),
+        format_date(facts.not_after_s)
+    ))?;
+    if state != KeyState::Revoked
+        && let Some(text) = describe_notice(&facts.holder.name, facts.not_after_s, now_s)
+    {
+        print_notice(format_args!("warning: {text}"));
+    }
+    Ok(())
 }
 
 fn print_own_keys(folder: &KeysFolder, format: OutputFormat) -> Result<()> {

@@ -145,10 +145,12 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
         JSON, get(login_routes::show_session), needs: None),
     endpoint!("POST" "/api/login", "logIn",
         "Exchanges the secret of an invitation for the cookie of a session. 403 if it is not \
-         accepted, 429 after several wrong ones.",
+         accepted, 409 if another person is logged in, 429 after several wrong ones. With the same \
+         `attempt` it is repeated within 10 min without using another place.",
         JSON, post(login_routes::log_in),
         body: r#"{"type":"object","required":["invite"],"additionalProperties":false,
-            "properties":{"invite":{"type":"string"}}}"#,
+            "properties":{"invite":{"type":"string"},"attempt":{"type":"string",
+            "pattern":"^[0-9a-fA-F]{40}$"},"replace":{"type":"boolean"}}}"#,
         needs: None),
     endpoint!("POST" "/api/logout", "logOut",
         "Ends the session of the cookie.",

@@ -20,10 +20,11 @@ use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 use std::{io, thread};
 
-use armor_keys::expiry::{describe_notice, find_notice, now_s};
+use armor_keys::expiry::{describe_notice, find_notice, format_time, now_s};
 use armor_keys::folder::FolderError;
 use armor_keys::invitation_file::{InvitationFile, draw_secret};
-use armor_keys::invitations::{AccessFault, Secret, Visitor};
+use armor_keys::invitations::{AccessFault, CLOCK_REMEDY, Secret, Visitor};
+use armor_keys::page_port::note_page_port;
 use armor_keys::{HostKeys, SiteName, Strangers};
 use armor_socket::FaultTable;
 use parking_lot::Mutex;
@@ -131,13 +132,20 @@ impl RemoteAccess {
             return Err(RemoteError::Keys(format!("the key of {name} is revoked; {renew}")));
         }
         let now_s = now_s();
-        if facts.not_after_s < now_s || now_s < facts.not_before_s {
-            let why = if now_s < facts.not_before_s {
-                "is not valid yet by this host's clock"
-            } else {
-                "has expired"
-            };
-            return Err(RemoteError::Keys(format!("the key of {name} {why}; {renew}")));
+        let clock = format_time(now_s);
+        if now_s < facts.not_before_s {
+            let begin = format_time(facts.not_before_s);
+            return Err(RemoteError::Keys(format!(
+                "the key of {name} is valid from {begin}, and this host's clock shows {clock}: \
+                 {CLOCK_REMEDY}"
+            )));
+        }
+        if facts.not_after_s < now_s {
+            let end = format_time(facts.not_after_s);
+            return Err(RemoteError::Keys(format!(
+                "the key of {name} has expired: it is valid until {end}, and this host's clock shows \
+                 {clock}; {renew}. If the clock is wrong, {CLOCK_REMEDY}"
+            )));
         }
         let invitations =
             InvitationFile::open(folder).map_err(|error| RemoteError::Keys(error.to_string()))?;
@@ -195,7 +203,7 @@ impl RemoteAccess {
         }
         self.announce_end();
         let had_invitations = !self.invitations.current().list().is_empty();
-        match self.invitations.look() {
+        match self.invitations.look_unless_busy() {
             Ok(true) if had_invitations && self.invitations.current().list().is_empty() => {
                 let path = self.invitations.path();
                 tracing::warn!("{} is gone or empty: all sessions have ended", path.display());
@@ -206,15 +214,34 @@ impl RemoteAccess {
             }
         }
         let is_refused = self.host_now().refused.is_some();
-        let mut connections = self.connections.lock();
-        connections.retain(|connection| {
-            let Some(connection) = connection.upgrade() else { return false };
+        // New connections and STOP need the list, so it is not locked while hashes are compared.
+        for connection in self.list_connections() {
             let fault = connection.session().and_then(|secret| self.find_visitor(&secret).err());
             if is_refused || fault.is_some() {
                 connection.cut();
             }
-            !connection.is_cut()
+        }
+    }
+
+    /// Returns the connections that exist and were not ended, and forgets the others.
+    fn list_connections(&self) -> Vec<Arc<RemoteConnection>> {
+        let mut open = Vec::new();
+        self.connections.lock().retain(|connection| {
+            let alive = connection.upgrade().filter(|connection| !connection.is_cut());
+            let is_open = alive.is_some();
+            open.extend(alive);
+            is_open
         });
+        open
+    }
+
+    /// Notes where the page is, for the links of invitations that are made from now on.
+    pub(crate) fn note_port(&self, folder: &Path, port: u16) {
+        if let Err(error) = note_page_port(folder, port) {
+            tracing::warn!(
+                "links need the port (`armor keys invite --at ADDRESS:{port}`): {error}"
+            );
+        }
     }
 
     /// Logs that the key of this host expires, once for each of the times ahead.
@@ -281,19 +308,21 @@ impl RemoteAccess {
         self.invitations.current().find_visitor(session, now_s())
     }
 
-    /// Exchanges the secret of an invitation for that of a session. Waits for the disk.
+    /// Exchanges the secret of an invitation for that of a session; one browser sends the same `attempt`
+    /// until it has an answer. Waits for the disk.
     ///
     /// # Errors
     /// Why it is not accepted, or that its address must wait.
     pub(crate) fn log_in(
         &self,
         secret: &str,
+        attempt: Option<&Secret>,
         address: IpAddr,
     ) -> Result<(Secret, Visitor), LoginFault> {
         let elapsed = self.begin.elapsed();
         self.attempts.lock().check(address, elapsed).map_err(LoginFault::Slowed)?;
         let session = draw_secret()?;
-        let redeemed = self.redeem(secret, &session);
+        let redeemed = self.redeem(secret, &session, attempt);
         match &redeemed {
             Ok(visitor) => {
                 self.attempts.lock().forget(address);
@@ -316,13 +345,18 @@ impl RemoteAccess {
         Ok((session, redeemed?))
     }
 
-    fn redeem(&self, secret: &str, session: &Secret) -> Result<Visitor, LoginFault> {
+    fn redeem(
+        &self,
+        secret: &str,
+        session: &Secret,
+        attempt: Option<&Secret>,
+    ) -> Result<Visitor, LoginFault> {
         let secret = Secret::from_text(secret).ok_or(AccessFault::Unknown)?;
         // One that was made a moment ago is accepted. A problem is reported by the next look.
         let _ = self.invitations.look();
         // A wrong one needs no lock and no disk.
         self.invitations.current().find_invitation(&secret).ok_or(AccessFault::Unknown)?;
-        self.invitations.change(|all| Ok(all.redeem(&secret, session, now_s())?))
+        self.invitations.change(|all| Ok(all.redeem(&secret, session, attempt, now_s())?))
     }
 
     /// Whether this is the secret of the invitation with this number.
@@ -352,9 +386,8 @@ impl RemoteAccess {
 
     /// The number of connections of persons who are logged in.
     pub(crate) fn count_visitors(&self) -> usize {
-        let connections = self.connections.lock();
-        let open = connections.iter().filter_map(Weak::upgrade);
-        open.filter(|connection| connection.session().is_some()).count()
+        let open = self.list_connections();
+        open.iter().filter(|connection| connection.session().is_some()).count()
     }
 }
 

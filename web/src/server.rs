@@ -91,6 +91,8 @@ pub struct WebServer {
     workers: Option<Runtime>,
     /// Ends the thread that keeps `remote` current.
     _current: Option<std::sync::mpsc::Sender<()>>,
+    #[cfg(test)]
+    asking: Arc<tokio::sync::Semaphore>,
 }
 
 /// What a person needs to know about a server for other hosts.
@@ -129,12 +131,16 @@ impl WebServer {
         let address = listener.local_addr()?;
         let remote = match options.keys.as_deref().filter(|_| is_remote) {
             Some(folder) => {
-                Some(Arc::new(RemoteAccess::open(folder, address).map_err(remote_error)?))
+                let remote = RemoteAccess::open(folder, address).map_err(remote_error)?;
+                remote.note_port(folder, address.port());
+                Some(Arc::new(remote))
             }
             None => None,
         };
         let current = remote.as_ref().map(RemoteAccess::keep_current).transpose()?;
         let web = WebState::begin(options, commands, remote.clone())?;
+        #[cfg(test)]
+        let asking = Arc::clone(&web.asking);
         let workers = Builder::new_multi_thread()
             .worker_threads(WORKERS)
             .max_blocking_threads(MAX_BLOCKING)
@@ -160,6 +166,8 @@ impl WebServer {
             thread: Some(thread),
             workers: Some(workers),
             _current: current,
+            #[cfg(test)]
+            asking,
         })
     }
 
@@ -176,6 +184,14 @@ impl WebServer {
     /// Returns the address on which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// Takes all places of requests that wait for a process.
+    #[cfg(test)]
+    pub(crate) fn take_asking(&self) -> tokio::sync::OwnedSemaphorePermit {
+        let asking = Arc::clone(&self.asking);
+        let count = u32::try_from(asking.available_permits()).expect("a few");
+        asking.try_acquire_many_owned(count).expect("no request waits")
     }
 
     /// Makes every thread but that of STOP hang until the returned sender is dropped.
@@ -239,13 +255,20 @@ async fn accept_connections(
     };
     let router = make_stop_router(Arc::clone(&web));
     let faults = FaultTable::default();
+    let mut is_failing = false;
     let mut open: VecDeque<OpenStop> = VecDeque::new();
     loop {
         let (stream, address) = match listener.accept().await {
-            Ok(accepted) => accepted,
+            Ok(accepted) => {
+                if std::mem::take(&mut is_failing) {
+                    tracing::info!("connections are accepted again");
+                }
+                accepted
+            }
             Err(error) => {
                 if faults.is_new(None, error.to_string()) {
                     tracing::warn!("no connection can be accepted: {error}");
+                    is_failing = true;
                 }
                 // Without free file descriptors the next attempt fails immediately.
                 sleep(Duration::from_millis(100)).await;

@@ -8,6 +8,7 @@ use axum::extract::State;
 use axum::http::StatusCode;
 use axum::response::{IntoResponse, Response};
 use serde_json::json;
+use tokio::sync::Semaphore;
 
 use crate::failure::{WebFailure, json_response, text_response};
 use crate::images::IMAGE_TYPES;
@@ -60,12 +61,26 @@ pub(crate) async fn run_asking<R: Send + 'static>(
     web: &Arc<WebState>,
     work: impl FnOnce(&WebState) -> R + Send + 'static,
 ) -> Result<R, WebFailure> {
+    run_waiting(&web.asking, web, work).await
+}
+
+/// Runs work that waits, on a thread for it, once one of these places is free. The place is taken until
+/// the work has ended, also if the client has left.
+pub(crate) async fn run_waiting<R: Send + 'static>(
+    places: &Arc<Semaphore>,
+    web: &Arc<WebState>,
+    work: impl FnOnce(&WebState) -> R + Send + 'static,
+) -> Result<R, WebFailure> {
     let fail = |what: &str| {
         let status = StatusCode::SERVICE_UNAVAILABLE;
         WebFailure::new(status, what, "this server", "try again in a few seconds")
     };
-    let _place = web.asking.acquire().await.map_err(|_| fail("the server ends"))?;
+    let place = Arc::clone(places).acquire_owned().await.map_err(|_| fail("the server ends"))?;
     let web = Arc::clone(web);
-    let running = tokio::task::spawn_blocking(move || work(&web));
+    let running = tokio::task::spawn_blocking(move || {
+        let done = work(&web);
+        drop(place);
+        done
+    });
     running.await.map_err(|_| fail("the request was not carried out: its thread has panicked"))
 }

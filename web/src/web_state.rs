@@ -31,6 +31,10 @@ use crate::web_options::WebOptions;
 /// Requests that ask a process of the system and take a thread while they wait.
 const MAX_ASKING: usize = 8;
 
+/// Logins and log-outs that take a thread while they wait for the disk. They have places of their own, so
+/// that requests for data go through while the disk hangs, and logins while a process hangs.
+const MAX_LOGINS: usize = 4;
+
 /// The state of a server.
 pub(crate) struct WebState {
     pub(crate) directory: Directory,
@@ -48,7 +52,8 @@ pub(crate) struct WebState {
     pub(crate) system_news: watch::Sender<u64>,
     /// Raised when the mission has changed.
     pub(crate) mission_news: watch::Sender<u64>,
-    pub(crate) asking: Semaphore,
+    pub(crate) asking: Arc<Semaphore>,
+    pub(crate) logging_in: Arc<Semaphore>,
     system_text: Mutex<(u64, Arc<str>)>,
     mission_text: Mutex<(u64, Arc<str>)>,
 }
@@ -82,7 +87,8 @@ impl WebState {
             remote,
             system_news,
             mission_news,
-            asking: Semaphore::new(MAX_ASKING),
+            asking: Arc::new(Semaphore::new(MAX_ASKING)),
+            logging_in: Arc::new(Semaphore::new(MAX_LOGINS)),
             system_text: Mutex::default(),
             mission_text: Mutex::default(),
         }))

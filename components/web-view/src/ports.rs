@@ -1,7 +1,7 @@
 //! The page as a component: no inputs, since the server follows what each page shows; the orders of
 //! the operator out.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::net::SocketAddr;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -15,6 +15,8 @@ use parking_lot::Mutex;
 const RETRY: Duration = Duration::from_secs(2);
 /// Events that no tick has reported yet; more are the same few again.
 const MAX_EVENTS: usize = 16;
+/// Most kinds of failures that are logged until the page is served; they are a handful.
+const MAX_FAILURES: usize = 32;
 
 /// What can be set in the file.
 #[derive(Debug, Parameters)]
@@ -47,7 +49,12 @@ pub struct WebView {
     commands: Arc<PublishedCommands>,
     server: Option<WebServer>,
     tried: Option<Instant>,
+    failures: StartFailures,
 }
+
+/// Why the page is not served, each reason logged once although it is tried again and again.
+#[derive(Debug, Default)]
+struct StartFailures(BTreeSet<String>);
 
 /// Publishes on the threads of the server, because an operator must not wait for the next tick.
 struct PublishedCommands {
@@ -83,7 +90,13 @@ impl Component for WebView {
         let limits = parameters.limits();
         let state = CommandState { limits, is_driving: false, events: VecDeque::new() };
         let commands = PublishedCommands { armor, state: Mutex::new(state) };
-        Ok(Self { parameters, commands: Arc::new(commands), server: None, tried: None })
+        Ok(Self {
+            parameters,
+            commands: Arc::new(commands),
+            server: None,
+            tried: None,
+            failures: StartFailures::default(),
+        })
     }
 
     fn parameter_received(&mut self, name: &str, value: &Value) -> Result<(), Fault> {
@@ -124,23 +137,40 @@ impl WebView {
             find_own_registry().ok_or("it runs without a registry, so it has no system")?;
         let author = format!("{} by web", this_user());
         let options = WebOptions { listen, keys: find_keys_folder(), registry, author };
-        let is_first = self.tried.replace(Instant::now()).is_none();
+        self.tried = Some(Instant::now());
         match WebServer::start(&options, Some(Arc::clone(&self.commands) as _)) {
             Ok(server) => {
+                let again = self.failures.end();
                 match server.remote() {
-                    None => tracing::info!("the page is at http://{}", server.address()),
+                    None => tracing::info!("the page is{again} at http://{}", server.address()),
                     Some(facts) => tracing::info!(
-                        "the page is at {}; its certificate has the fingerprint {}",
+                        "the page is{again} at {}; its certificate has the fingerprint {}",
                         facts.urls.join(" and "),
                         facts.fingerprint
                     ),
                 }
                 self.server = Some(server);
             }
-            Err(error) if is_first => tracing::warn!("there is no page: {error}"),
-            Err(_) => {}
+            Err(error) => {
+                let error = error.to_string();
+                if self.failures.note(&error) {
+                    tracing::warn!("there is no page: {error}; it is tried again");
+                }
+            }
         }
         Ok(())
+    }
+}
+
+impl StartFailures {
+    /// Notes a failure; returns whether it is to be logged.
+    fn note(&mut self, error: &str) -> bool {
+        self.0.len() < MAX_FAILURES && self.0.insert(error.to_owned())
+    }
+
+    /// Notes that the page is served; returns what the log line adds.
+    fn end(&mut self) -> &'static str {
+        if std::mem::take(&mut self.0).is_empty() { "" } else { " now" }
     }
 }
 
@@ -184,6 +214,19 @@ mod tests {
     #[test]
     fn it_can_be_built_with_its_defaults() {
         armor_sdk::testing::TestedComponent::build::<WebView>(&[]).expect("it is built");
+    }
+
+    #[test]
+    fn each_reason_for_no_page_is_logged_once_until_there_is_one() {
+        let mut failures = StartFailures::default();
+        assert_eq!(failures.end(), "");
+        let logged = ["no key", "no key", "port in use", "no key", "port in use"];
+        let logged: Vec<_> = logged.into_iter().filter(|error| failures.note(error)).collect();
+        assert_eq!(logged, ["no key", "port in use"]);
+        assert_eq!(failures.end(), " now", "the recovery is logged as one");
+        assert!(failures.note("no key"), "the next failure is another one");
+        let noted = (0..100).filter(|number| failures.note(&number.to_string())).count();
+        assert_eq!(noted, MAX_FAILURES - 1);
     }
 
     #[test]

@@ -116,7 +116,8 @@ pub(super) async fn start(
     let group = format!("{}:{}", key.system, key.component);
     let control_group = agent.control_group.as_ref().and_then(|all| all.make_for(&group).ok());
     let entered = control_group.as_ref().map(ProcessControlGroup::path);
-    let variables = list_variables(site, start, &mark);
+    let keys = agent.arguments.directory.variable();
+    let variables = list_variables(site, start, &mark, keys);
     let mut child = spawn(&program, &arguments, entered, &resources, variables)
         .map_err(|error| refuse(format!("a process cannot be started: {error:#}")))?;
     let pid = child.id().and_then(|pid| i32::try_from(pid).ok());
@@ -450,7 +451,12 @@ fn read_resources(wanted: &ProcessResources) -> Result<GuardedResources, String>
     obstacle.map_or(Ok(resources), Err)
 }
 
-fn list_variables(site: &Site, start: &RemoteStart, mark: &str) -> Vec<(OsString, OsString)> {
+fn list_variables(
+    site: &Site,
+    start: &RemoteStart,
+    mark: &str,
+    keys: Option<(OsString, OsString)>,
+) -> Vec<(OsString, OsString)> {
     let mut variables = select_variables(std::env::vars_os(), &start.variables);
     let settings =
         start.settings.iter().map(|setting| (setting.name.clone(), setting.value.clone()));
@@ -458,6 +464,11 @@ fn list_variables(site: &Site, start: &RemoteStart, mark: &str) -> Vec<(OsString
     for (name, value) in settings.chain(place) {
         variables.retain(|(known, _)| *known != *name);
         variables.push((name.into(), value.into()));
+    }
+    if let Some((name, folder)) = keys {
+        // That of this host: the launcher does not know its folders.
+        variables.retain(|(known, _)| *known != name);
+        variables.push((name, folder));
     }
     variables.push(("ARMOR_OUT".into(), site.folder.clone().into()));
     variables.push((survivors::VARIABLE.into(), mark.into()));

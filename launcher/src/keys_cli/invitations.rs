@@ -8,7 +8,10 @@ use anyhow::{Context, Result, bail};
 use armor_keys::expiry::{format_time, now_s};
 use armor_keys::folder::FolderError;
 use armor_keys::invitation_file::{InvitationFile, draw_secret};
-use armor_keys::invitations::{Invitation, InvitationOrder, Invitations, MAX_DEVICES};
+use armor_keys::invitations::{
+    CLOCK_REMEDY, Invitation, InvitationOrder, Invitations, MAX_DEVICES,
+};
+use armor_keys::page_port::read_page_port;
 use armor_keys::{HostKeys, SiteName};
 use armor_wire::acting::KeyRole;
 use clap::Args;
@@ -16,13 +19,13 @@ use qrcode::QrCode;
 use serde_json::{Value, json};
 
 use super::{KeysDirectory, PAGE_PORT};
-use crate::arguments::{OutputFormat, parse_duration, parse_name};
+use crate::arguments::{OutputFormat, parse_access_time, parse_name};
 use crate::print::{Table, print_line, print_wrapped, terminal_width};
 
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   armor keys invite bob --role operator                  until 12 hours from now, for one browser
-  armor keys invite bob --role observer --for 72h --devices 2
+  armor keys invite bob --role observer --for 3d --devices 2
   armor keys invite bob --role operator --at robot.local:9000
 
 Run it on the robot's host. The first who opens the link is logged in as this person: send it over a
@@ -34,16 +37,16 @@ pub struct InviteArguments {
     /// What the person may do: observer, operator, engineer.
     #[arg(long, value_name = "ROLE")]
     role: KeyRole,
-    /// For how long the link and the sessions of its browsers are valid.
-    #[arg(long = "for", value_name = "TIME", value_parser = parse_duration, default_value = "12h")]
+    /// For how long the link and the sessions of its browsers are valid, such as 30min, 12h or 3d.
+    #[arg(long = "for", value_name = "TIME", value_parser = parse_access_time, default_value = "12h")]
     time: Duration,
     /// How many browsers the link logs in.
     #[arg(long, value_name = "N", default_value_t = 1,
           value_parser = clap::value_parser!(u32).range(1..=i64::from(MAX_DEVICES)))]
     devices: u32,
     /// The address in the link: one that the key of this host names, and the port of the page. Default:
-    /// the first of the key, and port 8443.
-    #[arg(long, value_name = "ADDRESS:PORT")]
+    /// the first of the key, and the port on which the page was served last, 8443 before the first time.
+    #[arg(long, value_name = "ADDRESS[:PORT]")]
     at: Option<String>,
     #[command(flatten)]
     directory: KeysDirectory,
@@ -56,8 +59,10 @@ pub(super) fn invite(arguments: &InviteArguments, format: OutputFormat) -> Resul
     let keys = HostKeys::read(&folder).context(
         "invitations are made on the robot's host, in the folder with the key of the host",
     )?;
-    let address = choose_address(&keys, at.as_deref())?;
+    let port = read_page_port(&folder).unwrap_or(PAGE_PORT);
+    let address = choose_address(&keys, at.as_deref(), port)?;
     let (secret, now_s) = (draw_secret()?, now_s());
+    check_clock(&keys, now_s)?;
     let for_s = i64::try_from(time.as_secs()).unwrap_or(i64::MAX);
     let order = InvitationOrder { name: name.clone(), role: *role, for_s, devices: *devices };
     let invitation = InvitationFile::open(&folder)?
@@ -83,8 +88,30 @@ pub(super) fn invite(arguments: &InviteArguments, format: OutputFormat) -> Resul
     ))
 }
 
-/// Returns host and port for the link.
-fn choose_address(keys: &HostKeys, at: Option<&str>) -> Result<String> {
+/// Checks that the key of this host is valid now: an invitation of a host with a wrong clock would be
+/// for another time.
+fn check_clock(keys: &HostKeys, now_s: i64) -> Result<()> {
+    let (facts, name) = (keys.facts(), keys.host_name());
+    if now_s < facts.not_before_s {
+        bail!(
+            "this host's clock shows {}, and the key of {name} is valid from {}: {CLOCK_REMEDY}",
+            format_time(now_s),
+            format_time(facts.not_before_s)
+        );
+    }
+    if facts.not_after_s < now_s {
+        bail!(
+            "the key of {name} expired at {} by this host's clock, so that no page is served: if the \
+             clock is right, `armor keys renew {name}` where the authority's key is; otherwise \
+             {CLOCK_REMEDY}",
+            format_time(facts.not_after_s)
+        );
+    }
+    Ok(())
+}
+
+/// Returns host and port for the link; `port` is that of an address without one.
+fn choose_address(keys: &HostKeys, at: Option<&str>, port: u16) -> Result<String> {
     let (sites, name) = (keys.facts().sites, keys.host_name());
     let named: Vec<_> = sites.iter().map(SiteName::to_string).collect();
     let Some(first) = sites.first() else {
@@ -93,11 +120,9 @@ fn choose_address(keys: &HostKeys, at: Option<&str>) -> Result<String> {
              authority's key is: armor keys renew {name} --at ADDRESS"
         );
     };
-    let Some(at) = at else { return Ok(format!("{}:{PAGE_PORT}", first.to_host())) };
+    let Some(at) = at else { return Ok(format!("{}:{port}", first.to_host())) };
     match SiteName::from_host(at) {
-        Some(site) if sites.contains(&site) && at == site.to_host() => {
-            Ok(format!("{at}:{PAGE_PORT}"))
-        }
+        Some(site) if sites.contains(&site) && at == site.to_host() => Ok(format!("{at}:{port}")),
         Some(site) if sites.contains(&site) => Ok(at.to_owned()),
         _ => bail!(
             "--at {at}: the key of {name} does not name this address (it names {}); where the \

@@ -224,11 +224,16 @@ impl ProcessPlan {
         let place = hosts.map(|hosts| hosts.place().list_variables());
         let place = place.into_iter().flatten().map(|(name, value)| (name.into(), value.into()));
         environment.extend(place);
+        // A `web-view` serves other hosts with the keys that the launcher was given.
+        let keys = arguments.keys.variable();
         for start in &mut plan.starts {
             let PlannedStart::Here(start) = start else { continue };
             // The file decides who takes part, not the shell that starts the system.
             start.environment.retain(|(name, _)| name != GROUP_VARIABLE);
-            start.environment.extend(environment.iter().cloned());
+            if let Some((name, _)) = &keys {
+                start.environment.retain(|(known, _)| known != name);
+            }
+            start.environment.extend(environment.iter().chain(&keys).cloned());
             start.mark = format!("{}{}/", plan.mark, start.name);
             start.environment.push((survivors::VARIABLE.into(), (&start.mark).into()));
         }

@@ -255,7 +255,7 @@ fn make_keys() -> Result<Vec<Vec<u8>>> {
         InvitationOrder { name: "alice".into(), role: KeyRole::Operator, for_s: 60, devices: 1 };
     let (link, session) = (Secret::new([1; 20]), Secret::new([2; 20]));
     invitations.invite(&order, &link, 0).map_err(|why| anyhow!(why))?;
-    invitations.redeem(&link, &session, 1)?;
+    invitations.redeem(&link, &session, None, 1)?;
     seeds.push(invitations.to_text().into_bytes());
     Ok(seeds)
 }

@@ -30,7 +30,8 @@ const Session = (() => {
     find('role-note').hidden = may('operator');
     if (now.login === 'needed') {
       find('login-host').textContent = now.host;
-      const problem = now.problem || '';
+      const ended = now.ended_s && new Date(now.ended_s * 1000).toLocaleString();
+      const problem = ended ? `your invitation expired at ${ended}` : now.problem || '';
       // Why a link was not accepted stays in sight.
       if (problem) find('login-problem').textContent = `${problem[0].toUpperCase()}${problem.slice(1)}.`;
     }
@@ -52,6 +53,26 @@ const Session = (() => {
     } catch { /* Without a connection it stays as it is. */ }
   }
 
+  // Sent with the invitation until an answer has arrived: a login whose answer was lost uses no second
+  // place, and another browser that has the link does not know it.
+  const ATTEMPT = 'armor-login-attempt';
+  const storage = {
+    read: () => { try { return localStorage.getItem(ATTEMPT); } catch { return null; } },
+    write: (text) => { try { localStorage.setItem(ATTEMPT, text); } catch { /* For this page alone. */ } },
+    remove: () => { try { localStorage.removeItem(ATTEMPT); } catch { /* There is none. */ } },
+  };
+  let attempt = null;
+  function drawAttempt() {
+    attempt = attempt || storage.read();
+    if (!/^[0-9a-f]{40}$/.test(attempt || '')) {
+      const bytes = crypto.getRandomValues(new Uint8Array(20));
+      attempt = [...bytes].map((byte) => byte.toString(16).padStart(2, '0')).join('');
+      storage.write(attempt);
+    }
+    return attempt;
+  }
+  function forgetAttempt() { attempt = null; storage.remove(); }
+
   async function logIn(text) {
     const [secret] = text.match(/[0-9a-f]{40}/i) || [];
     const problem = find('login-problem');
@@ -60,7 +81,7 @@ const Session = (() => {
     // It stays there until it was used: without a connection it is tried again.
     find('invite').value = secret;
     const send = (replace) => fetch('/api/login', {method: 'POST',
-      headers: {'Content-Type': 'application/json'}, body: JSON.stringify({invite: secret.toLowerCase(), replace})});
+      headers: {'Content-Type': 'application/json'}, body: JSON.stringify({invite: secret.toLowerCase(), attempt: drawAttempt(), replace})});
     try {
       let response = await send(false);
       if (response.status === 409 && now.login === 'done') {
@@ -71,7 +92,7 @@ const Session = (() => {
         response = await send(true);
       }
       const answer = await response.json();
-      if (response.ok) { find('invite').value = ''; await check(); return; }
+      if (response.ok) { find('invite').value = ''; forgetAttempt(); await check(); return; }
       await check();
       if (isOpen()) return;
       problem.textContent = `${answer.error.what}.`;

@@ -2,7 +2,8 @@
 
 use std::convert::Infallible;
 
-use armor_keys::invitations::{AccessFault, Visitor};
+use armor_keys::expiry::{format_time, now_s};
+use armor_keys::invitations::{AccessFault, CLOCK_REMEDY, Visitor};
 use armor_sdk::control::Command;
 use armor_wire::acting::{KeyRole, NeedsRole};
 use axum::extract::{FromRequestParts, Request, State};
@@ -85,11 +86,17 @@ impl Caller {
 /// Returns why a stranger is refused.
 pub(crate) fn describe_stranger(fault: Option<AccessFault>) -> WebFailure {
     let what = match fault {
-        None | Some(AccessFault::Unknown | AccessFault::Used) => "you are not logged in",
-        Some(AccessFault::Revoked) => "your invitation was revoked",
-        Some(AccessFault::Expired) => "the time of your invitation is over",
+        None | Some(AccessFault::Unknown | AccessFault::Used) => "you are not logged in".to_owned(),
+        Some(AccessFault::Revoked) => "your invitation was revoked".to_owned(),
+        Some(AccessFault::Expired { at_s }) => {
+            format!("your invitation expired at {}", format_time(at_s))
+        }
         Some(AccessFault::Later) => {
-            "the clock of the robot shows a time before your invitation was made; it must be set"
+            format!(
+                "the clock of the robot shows {}, a time before your invitation was made: \
+                 {CLOCK_REMEDY}",
+                format_time(now_s())
+            )
         }
     };
     let remedy = "open the link of an invitation; on the robot `armor keys invite NAME --role ROLE` \

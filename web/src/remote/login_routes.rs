@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use armor_keys::expiry::now_s;
-use armor_keys::invitations::{AccessFault, Secret, Visitor};
+use armor_keys::invitations::{AccessFault, LISTED_S, Secret, Visitor};
 use axum::Extension;
 use axum::body::Bytes;
 use axum::extract::State;
@@ -18,13 +18,15 @@ use super::connection::RemoteConnection;
 use super::cookie::{give_session, read_session, take_session};
 use super::{LoginFault, RemoteAccess};
 use crate::failure::{WebFailure, json_response, text_response};
-use crate::system_routes::run_asking;
+use crate::system_routes::run_waiting;
 use crate::web_state::WebState;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct LoginBody {
     invite: String,
+    /// What this browser has drawn for this login, and sends again if it gets no answer.
+    attempt: Option<String>,
     /// Whether another session of this browser may end.
     #[serde(default)]
     replace: bool,
@@ -48,7 +50,12 @@ pub(crate) async fn show_session(State(web): State<Arc<WebState>>, caller: Calle
             let problem = fault.filter(|fault| *fault != AccessFault::Unknown);
             let problem =
                 problem.map(|_| describe_stranger(*fault).to_json()["error"]["what"].clone());
-            json!({"login": "needed", "problem": problem})
+            // The page writes this time as its clocks do.
+            let ended_s = match fault {
+                Some(AccessFault::Expired { at_s }) => json!(at_s),
+                _ => Value::Null,
+            };
+            json!({"login": "needed", "problem": problem, "ended_s": ended_s})
         }
     };
     if let Some(remote) = &web.remote {
@@ -73,13 +80,19 @@ pub(crate) async fn log_in(
     headers: HeaderMap,
     body: Bytes,
 ) -> Result<Response, WebFailure> {
-    let body: LoginBody = serde_json::from_slice(&body).map_err(|_| {
+    let understood = serde_json::from_slice(&body).ok().and_then(|body: LoginBody| {
+        let attempt = body.attempt.as_deref().map(Secret::from_text);
+        // One that is shorter could be guessed by another browser that has the link.
+        (attempt != Some(None)).then(|| (attempt.flatten(), body))
+    });
+    let (attempt, body) = understood.ok_or_else(|| {
         // The reason could have the secret.
         let what = "the body is not understood";
         WebFailure::bad(
             what,
             "the body",
-            "send {\"invite\": \"…\"}, what follows #invite= in the link",
+            "send {\"invite\": \"…\"}, what follows #invite= in the link; \"attempt\", if given, is 40 \
+             random hexadecimal digits",
         )
     })?;
     let (Some(remote), Some(Extension(connection))) = (web.remote.clone(), connection) else {
@@ -107,18 +120,20 @@ pub(crate) async fn log_in(
     let before = read_session(&headers);
     let remote_there = Arc::clone(&remote);
     let exchange = move |_: &WebState| {
-        let done = remote_there.log_in(&body.invite, address)?;
+        let done = remote_there.log_in(&body.invite, attempt.as_ref(), address)?;
         if let Some(before) = before {
             remote_there.log_out(&before)?;
         }
         Ok::<_, LoginFault>(done)
     };
-    let (session, visitor) = match run_asking(&web, exchange).await? {
+    let (session, visitor) = match run_waiting(&web.logging_in, &web, exchange).await? {
         Ok(done) => done,
         Err(fault) => return Ok(describe_fault(fault)),
     };
     let mut response = json_response(StatusCode::OK, &describe_visitor(&visitor));
-    let cookie = give_session(&session, visitor.until_s.saturating_sub(now_s()).max(1));
+    // For longer than the session: the page then learns from the server that it has expired, and when.
+    let kept_s = visitor.until_s.saturating_sub(now_s()).max(1).saturating_add(LISTED_S);
+    let cookie = give_session(&session, kept_s);
     set_cookie(&mut response, cookie);
     connection.bind(session, &remote);
     Ok(response)
@@ -132,7 +147,7 @@ pub(crate) async fn log_out(
 ) -> Result<Response, WebFailure> {
     let Some(remote) = web.remote.clone() else { return Err(no_login()) };
     if let (Caller::Visitor(_), Some(session)) = (&caller, read_session(&headers)) {
-        let ended = run_asking(&web, move |_| remote.log_out(&session)).await?;
+        let ended = run_waiting(&web.logging_in, &web, move |_| remote.log_out(&session)).await?;
         ended.map_err(|error| file_fault(error.to_string()))?;
         caller.log("has logged out");
     }

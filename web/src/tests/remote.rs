@@ -47,6 +47,66 @@ fn a_link_logs_in_one_browser_for_its_time_also_after_a_restart() {
 }
 
 #[test]
+fn a_login_whose_answer_was_lost_is_repeated_by_the_same_browser_alone() {
+    let scene = RemoteScene::begin();
+    let link = scene.invite("alice", KeyRole::Operator, 1);
+    let body = |digit: char| {
+        let attempt = String::from(digit).repeat(40);
+        format!(r#"{{"invite":"{link}","attempt":"{attempt}"}}"#)
+    };
+    // The cookie of the first answer is lost.
+    assert_eq!(scene.browser().send("POST", "/api/login", &body('a')).0, 200);
+    let (status, response) = scene.browser().send("POST", "/api/login", &body('b'));
+    assert!(status == 403 && response.contains("used already"), "{response}");
+    assert_eq!(scene.browser().log_in(&link).0, 403, "another browser with the link alone");
+    let (status, response) = scene.browser().send("POST", "/api/login", &body('a'));
+    assert!(status == 200 && response.contains("__Host-armor="), "{response}");
+    let file = scene.file();
+    let stored = file.current();
+    assert_eq!((stored.list()[0].used, stored.count_sessions(stored.list()[0].id)), (1, 1));
+    for short in ["", "a", "zz"] {
+        let body = format!(r#"{{"invite":"{link}","attempt":"{short}"}}"#);
+        assert_eq!(scene.browser().send("POST", "/api/login", &body).0, 400, "{short}");
+    }
+}
+
+#[test]
+fn the_page_learns_when_its_invitation_has_expired() {
+    let scene = RemoteScene::begin();
+    let mut browser = scene.browser();
+    let (status, response) = browser.log_in(&scene.invite("alice", KeyRole::Observer, 1));
+    assert_eq!(status, 200, "{response}");
+    let file = scene.file();
+    let ended_s = armor_keys::expiry::now_s() - 5;
+    let until = file.current().list()[0].until_s.to_string();
+    let text = std::fs::read_to_string(file.path()).expect("the file");
+    std::fs::write(file.path(), text.replace(&until, &ended_s.to_string())).expect("written");
+    let kept = response.split("Max-Age=").nth(1).and_then(|rest| rest.split(';').next());
+    let kept_s: i64 = kept.expect("an age").parse().expect("a number");
+    assert!(kept_s > 24 * 3600, "the cookie outlives the session: {kept_s}");
+    let session = wait_for("the end", || {
+        let (_, session) = browser.json("GET", "/api/session", "");
+        (session["login"] == "needed").then_some(session)
+    });
+    assert_eq!(session["ended_s"], ended_s);
+    let text = format!("your invitation expired at {}", armor_keys::expiry::format_time(ended_s));
+    assert_eq!(session["problem"], text);
+    let (status, answer) = browser.json("GET", "/api/system", "");
+    assert_eq!((status, answer["error"]["what"].as_str()), (401, Some(text.as_str())));
+}
+
+#[test]
+fn logins_go_through_while_all_requests_for_data_wait() {
+    let scene = RemoteScene::begin();
+    let alice = scene.browser_of("alice", KeyRole::Operator);
+    let waiting = scene.server.take_asking();
+    let bob = scene.browser_of("bob", KeyRole::Observer);
+    assert_eq!(bob.json("GET", "/api/system", "").0, 200);
+    assert_eq!(alice.send("POST", "/api/logout", "").0, 200);
+    drop(waiting);
+}
+
+#[test]
 fn a_stranger_gets_the_page_and_nothing_else() {
     let scene = RemoteScene::begin();
     let browser = scene.browser();
