@@ -302,4 +302,8 @@ fn a_key_without_names_for_browsers_is_refused_with_the_remedy() {
     folder.renew_key("robot", &sites, 10, now_s - 100 * 24 * 3600).unwrap();
     let error = start();
     assert!(error.contains("has expired") && error.contains("armor keys renew robot"), "{error}");
+    folder.renew_key("robot", &sites, 10, now_s + 10 * 24 * 3600).unwrap();
+    let error = start();
+    assert!(error.contains("is valid from") && error.contains("timedatectl"), "{error}");
+    assert!(!error.contains("renew"), "another key would not help: {error}");
 }
