@@ -47,8 +47,9 @@ pub(crate) struct InputPort {
     pub(super) waiting: AtomicBool,
     /// Notified when a full inbox has room again.
     pub(super) room: Condvar,
-    /// Whether the reader waits for bytes, and how many times it has received some. The reader
-    /// keeps both without reading a clock; the service thread judges them at every look.
+    /// Whether the reader waits for bytes, and how many times it has received some, or a message by
+    /// shared memory. The reader keeps both without reading a clock; the service thread judges them
+    /// at every look.
     pub(super) listening: AtomicBool,
     pub(super) reads: SingleWriterCounter,
     /// The component has been frozen since the last data: what was published meanwhile is not lost.
@@ -73,6 +74,13 @@ pub(super) struct InputState {
     /// Reads up to the last look, and for how many looks there was none.
     reads_before: u64,
     pub quiet_looks: u32,
+}
+
+impl InputState {
+    fn signal_paused(&self, pause: bool) {
+        let kind = if pause { FrameKind::Pause } else { FrameKind::Resume };
+        send_signal(self.stream.as_deref(), kind);
+    }
 }
 
 impl InputPort {
@@ -179,14 +187,34 @@ impl InputPort {
         }
     }
 
-    /// Asks the publisher to pause, or to continue.
+    /// Takes the stream of a new link, on which the request has asked for `paused`. The component may
+    /// have been activated or frozen since then: the publisher is sent what has changed.
+    pub(super) fn begin_link(
+        &self,
+        stream: Arc<Stream>,
+        paused: bool,
+        is_active: impl FnOnce() -> bool,
+    ) {
+        let mut state = self.lock_state();
+        state.stream = Some(stream);
+        state.connections += 1;
+        state.quiet_looks = 0;
+        state.problem.clear();
+        // Read and sent under the lock: a change that comes later is signalled by `set_paused`, behind
+        // this signal. In the other order an active component would stay paused.
+        let pause = !is_active();
+        if pause != paused {
+            state.signal_paused(pause);
+        }
+    }
+
+    /// Asks the publisher to pause, or to continue, after the component has changed.
     pub fn set_paused(&self, pause: bool) {
         let state = self.lock_state();
         if pause {
             self.was_paused.store(true, Ordering::Relaxed);
         }
-        let kind = if pause { FrameKind::Pause } else { FrameKind::Resume };
-        send_signal(state.stream.as_deref(), kind);
+        state.signal_paused(pause);
         drop(state);
         if pause {
             // The data that still wait belong to the activation that has ended.
@@ -360,5 +388,61 @@ fn send_signal(stream: Option<&Stream>, kind: FrameKind) {
     if let Some(stream) = stream {
         // Eight bytes: they fit, or the connection is as good as dead and its reader will notice.
         let _ = stream.try_send(&frame::signal(kind));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::net::UnixStream;
+
+    use armor_wire::frame::FrameReader;
+
+    use super::*;
+    use crate::messages::Flag;
+
+    /// The signals that the publisher has been sent.
+    fn read_signals(publisher: &Stream) -> Vec<FrameKind> {
+        let mut reader = FrameReader::with_limit(0);
+        let len = publisher.try_receive(reader.space()).unwrap_or(0);
+        reader.filled(len);
+        std::iter::from_fn(|| reader.next_frame().expect("whole frames").map(|frame| frame.kind))
+            .collect()
+    }
+
+    fn stream_pair() -> (Arc<Stream>, Stream) {
+        let (near, far) = UnixStream::pair().expect("two sockets");
+        (Arc::new(Stream::Unix(near)), Stream::Unix(far))
+    }
+
+    #[test]
+    fn a_new_link_sends_what_has_changed_since_its_request() {
+        for (paused, active, expected) in [
+            (false, true, None),
+            (true, false, None),
+            (true, true, Some(FrameKind::Resume)),
+            (false, false, Some(FrameKind::Pause)),
+        ] {
+            let input = InputPort::new::<Flag>("in", false, false);
+            let (near, publisher) = stream_pair();
+            input.begin_link(near, paused, || active);
+            assert_eq!(read_signals(&publisher), Vec::from_iter(expected));
+            let status = input.status();
+            assert_eq!((status.connected, status.connections), (true, 1));
+        }
+    }
+
+    #[test]
+    fn an_activation_while_a_link_begins_is_the_last_that_its_publisher_hears() {
+        let input = InputPort::new::<Flag>("in", false, false);
+        let (near, publisher) = stream_pair();
+        std::thread::scope(|scope| {
+            input.begin_link(near, false, || {
+                // The component has been frozen since the request; now it is activated.
+                scope.spawn(|| input.set_paused(false));
+                assert!(input.state.try_lock().is_none(), "the activation must wait for the link");
+                false
+            });
+        });
+        assert_eq!(read_signals(&publisher), [FrameKind::Pause, FrameKind::Resume]);
     }
 }

@@ -184,16 +184,7 @@ impl InputReader {
             participant.give_outputs_type(&message_type);
         }
         let stream = dialled.stream.try_clone().map_err(|error| error.to_string())?;
-        let mut state = input.lock_state();
-        state.stream = Some(Arc::new(stream));
-        state.connections += 1;
-        state.quiet_looks = 0;
-        state.problem.clear();
-        drop(state);
-        // The component may have been activated or frozen since the request was written.
-        if participant.lifecycle.is_active() == paused {
-            input.set_paused(!paused);
-        }
+        input.begin_link(Arc::new(stream), paused, || participant.lifecycle.is_active());
         Ok(dialled)
     }
 
