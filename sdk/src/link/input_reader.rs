@@ -68,6 +68,8 @@ struct ReadState<'a> {
     files: VecDeque<OwnedFd>,
     /// Once the publisher has offered it.
     memory: Option<MemoryReader>,
+    /// Messages taken from it since the socket was read.
+    taken_from_ring: usize,
     /// Once the publisher has offered them.
     datagrams: Option<DatagramReader>,
 }
@@ -202,6 +204,7 @@ impl InputReader {
             catch_up: CatchUp::default(),
             files: std::mem::take(files),
             memory: None,
+            taken_from_ring: 0,
             datagrams: None,
         };
         let stream = &*stream;
@@ -484,7 +487,8 @@ mod tests {
         }
     }
 
-    fn reader(keep: Keep, wake: Wake) -> InputReader {
+    /// The reader of an input of an active component.
+    pub(super) fn reader(keep: Keep, wake: Wake) -> InputReader {
         let identity = ProcessIdentity { name: "sink".into(), kind: "sink".into(), instance: 1 };
         let participant =
             Arc::new(Participant::new(identity, Declarations::default(), false).unwrap());
