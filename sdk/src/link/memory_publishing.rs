@@ -292,50 +292,21 @@ const _: () = assert!(SLOT_HEADER_LEN >= DATA_HEADER_LEN - PREFIX_LEN + 8);
 #[cfg(test)]
 mod tests {
     use std::os::unix::net::UnixStream;
-    use std::sync::Arc;
-    use std::time::Duration;
 
     use armor_memory::{LinkPage, RingEntry, RingWriter};
-    use armor_socket::Stream;
-    use armor_wire::frame::FrameReader;
-    use armor_wire::liveness::Liveness;
 
     use super::*;
-    use crate::link::patience::Patience;
-    use crate::link::queue::LinkQueue;
+    use crate::link::wire_out::tests::pull_link;
     use crate::messages::Flag;
-
-    fn open_link(stream: UnixStream, memory: LinkMemory) -> OutgoingLink {
-        let keep = Keep::Pull;
-        OutgoingLink {
-            stream: Arc::new(Stream::Unix(stream)),
-            to: "sink".into(),
-            faults: Arc::default(),
-            keep,
-            history: 1,
-            queue: LinkQueue::new(keep),
-            reader: FrameReader::with_limit(0),
-            liveness: Liveness::new(Duration::ZERO),
-            paused: false,
-            fresh: true,
-            last_call: 0,
-            sent: 0,
-            dropped: 0,
-            patience: Patience::of(keep),
-            last_sequence: None,
-            memory_use: MemoryUse::Always,
-            memory: Some(memory),
-            datagrams: None,
-            broken: false,
-        }
-    }
 
     #[test]
     fn a_subscriber_that_writes_into_its_ring_corrupts_no_count() {
         let (near, _far) = UnixStream::pair().unwrap();
         let (memory, file) = LinkMemory::create(Keep::Pull, 1, std::iter::empty()).unwrap();
         let page = LinkPage::map(&file, memory.layout()).unwrap();
-        let mut state = OutputState { links: vec![open_link(near, memory)], ..Default::default() };
+        let (memory_use, memory) = (MemoryUse::Always, Some(memory));
+        let link = OutgoingLink { memory_use, memory, ..pull_link(near) };
+        let mut state = OutputState { links: vec![link], ..Default::default() };
         RingWriter::default().push(page.words(), RingEntry { slot: 9, fresh: false });
         assert_eq!(state.links[0].status().sent, 0);
         let header = DataHeader { sequence: 0, stamp_s: 0.0, instance: 1, fresh: false };

@@ -71,7 +71,7 @@ pub(super) fn offer_shared(link: &mut OutgoingLink, sequence: u64, frame: &Arc<V
     true
 }
 
-fn marked_fresh(frame: &[u8]) -> Vec<u8> {
+pub(super) fn marked_fresh(frame: &[u8]) -> Vec<u8> {
     let mut frame = frame.to_vec();
     frame[FLAGS_AT] |= FLAG_FRESH;
     frame

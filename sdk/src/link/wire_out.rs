@@ -14,6 +14,7 @@ use armor_wire::shared_memory::MemoryUse;
 use super::datagrams_out::LinkDatagrams;
 use super::memory_out::LinkMemory;
 use super::patience::Patience;
+use super::publishing::marked_fresh;
 use super::queue::{GATHER_LEN, LinkQueue};
 use crate::faults::{PeerFault, PeerFaultLog};
 
@@ -181,15 +182,17 @@ impl OutgoingLink {
         };
         self.last_sequence = Some(*sequence);
         self.sent += 1;
+        let fresh = std::mem::take(&mut self.fresh);
+        let frame = if fresh { Arc::new(marked_fresh(frame)) } else { Arc::clone(frame) };
         let answer = frame::synced(true);
         let written = self.write(&answer);
         if written < answer.len() {
             self.queue.push_tail(answer[written..].to_vec());
         }
-        let written = if self.queue.is_empty() { self.write(frame) } else { 0 };
+        let written = if self.queue.is_empty() { self.write(&frame) } else { 0 };
         if written < frame.len() && !self.broken {
             self.queue.set_congested();
-            self.dropped += self.queue.push_shared(Arc::clone(frame), written);
+            self.dropped += self.queue.push_shared(frame, written);
         }
     }
 
@@ -243,5 +246,66 @@ impl OutgoingLink {
                 }
             }
         }
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use std::os::unix::net::UnixStream;
+
+    use armor_wire::frame::{DataHeader, PREFIX_LEN};
+
+    use super::*;
+
+    /// The link of a subscriber that pulls.
+    pub fn pull_link(stream: UnixStream) -> OutgoingLink {
+        let keep = Keep::Pull;
+        OutgoingLink {
+            stream: Arc::new(Stream::Unix(stream)),
+            to: "sink".into(),
+            faults: Arc::default(),
+            keep,
+            history: 1,
+            queue: LinkQueue::new(keep),
+            reader: FrameReader::with_limit(0),
+            liveness: Liveness::new(Duration::ZERO),
+            paused: false,
+            fresh: true,
+            last_call: 0,
+            sent: 0,
+            dropped: 0,
+            patience: Patience::of(keep),
+            last_sequence: None,
+            memory_use: MemoryUse::Never,
+            memory: None,
+            datagrams: None,
+            broken: false,
+        }
+    }
+
+    #[test]
+    fn the_first_answer_after_a_pause_is_fresh() {
+        let (near, far) = UnixStream::pair().expect("two sockets");
+        let (mut link, subscriber) = (pull_link(near), Stream::Unix(far));
+        let mut reader = FrameReader::new();
+        let mut answer_after = |sequence: u64, signals: &[FrameKind]| {
+            let header = DataHeader { sequence, stamp_s: 0.0, instance: 1, fresh: false };
+            let newest = (sequence, Arc::new(header.to_bytes(0).to_vec()));
+            for signal in signals.iter().chain([&FrameKind::Sync]) {
+                let sent = subscriber.try_send(&frame::signal(*signal));
+                assert_eq!(sent.expect("it is sent"), PREFIX_LEN);
+            }
+            link.read_signals(Duration::ZERO, Some(&newest));
+            let len = subscriber.try_receive(reader.space()).expect("an answer");
+            reader.filled(len);
+            let answer = reader.next_frame().expect("a whole frame").expect("that data follow");
+            assert_eq!(answer.kind, FrameKind::Synced);
+            let data = reader.next_frame().expect("a whole frame").expect("the data");
+            data.data().expect("data").0
+        };
+        let resume = [FrameKind::Pause, FrameKind::Resume];
+        let answers = [answer_after(3, &[]), answer_after(5, &[]), answer_after(9, &resume)];
+        let answers = answers.map(|header| (header.sequence, header.fresh));
+        assert_eq!(answers, [(3, true), (5, false), (9, true)]);
     }
 }
