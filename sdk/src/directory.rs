@@ -241,6 +241,11 @@ impl Directory {
         }
     }
 
+    /// How long the present connection to the registry has existed; zero without one.
+    pub(crate) fn connected_for(&self) -> Duration {
+        self.inner.lock_state().connected_at.map_or(Duration::ZERO, |at| at.elapsed())
+    }
+
     /// Reports every process that registers or leaves, beginning with those that are registered.
     pub fn watch_changes(&self) -> mpsc::Receiver<DirectoryChange> {
         let (sender, receiver) = mpsc::channel();

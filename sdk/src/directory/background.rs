@@ -51,6 +51,8 @@ pub(super) struct PendingLookup {
 #[derive(Default)]
 pub(super) struct RegistryState {
     pub(super) writer: Option<FrameWriter>,
+    /// When the present connection began.
+    pub(super) connected_at: Option<Instant>,
     pub(super) problem: String,
     pub(super) refusal: Option<Refusal>,
     /// Set while the process at the registry's address is of another user.
@@ -228,6 +230,7 @@ impl RegistryLink {
             // again or sent on the new connection, never both and never neither.
             let mut state = self.lock_state();
             state.writer = Some(writer.clone());
+            state.connected_at = Some(Instant::now());
             (state.refusal, state.stranger) = (None, None);
             state.notify_watchers(&DirectoryChange::RegistryFound);
             state.declare_again();
@@ -247,7 +250,7 @@ impl RegistryLink {
         let reason =
             session::serve_frames(dialled, &writer, |frame| self.receive_reply(frame), ask_time);
         let mut state = self.lock_state();
-        state.writer = None;
+        (state.writer, state.connected_at) = (None, None);
         state.problem = format!("the connection ended: {reason}");
         state.notify_watchers(&DirectoryChange::RegistryLost);
         if !self.closing.load(Ordering::Relaxed) {

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use armor_socket::Stream;
 use armor_wire::keep::Keep;
+use armor_wire::registry::ComponentEntry;
 use parking_lot::Mutex;
 
 use crate::background_thread::spawn_background;
@@ -18,6 +19,10 @@ use crate::tap::TOOL_PREFIX;
 pub const MOST_WITHOUT_RIGHT: u32 = 16;
 /// How long the registry is waited for. Without its answer a link stays as it is.
 const ANSWER_WITHIN: Duration = Duration::from_secs(2);
+/// A registry that has just started does not know a component that has not registered again. Each does
+/// so within a delay and an attempt (see [`Directory`](crate::directory::Directory)); a busy host takes
+/// longer.
+const REGISTERED_WITHIN: Duration = Duration::from_secs(3);
 /// Most peers that are remembered.
 const MAX_REMEMBERED: usize = 1024;
 
@@ -45,7 +50,7 @@ impl KeepRights {
 
     /// Asks the registry, in a thread of its own, whether the peer is a component, and ends its link if it
     /// is not: its next one gets the newest few. Until then it is believed, since a component must not
-    /// lose data while the registry answers.
+    /// lose data while the registry answers, or while it has just started again.
     pub fn examine(
         &self,
         participant: &Arc<Participant>,
@@ -56,10 +61,16 @@ impl KeepRights {
         let (participant, others) = (Arc::clone(participant), Arc::clone(&self.others));
         let from = from.to_owned();
         let ask = move || {
-            let Ok(listing) = participant.directory().fetch_listing(ANSWER_WITHIN) else { return };
-            let is_it = |name: &str, start: u64| name == from && start == instance;
-            if listing.components.iter().any(|it| is_it(&it.name, it.instance)) {
-                return;
+            let directory = participant.directory();
+            loop {
+                let Ok(listing) = directory.fetch_listing(ANSWER_WITHIN) else { return };
+                let is_it = |it: &ComponentEntry| it.name == from && it.instance == instance;
+                let is_listed = listing.components.iter().any(is_it);
+                match judge_peer(is_listed, directory.connected_for()) {
+                    Verdict::Component => return,
+                    Verdict::AskAgain { after } => std::thread::sleep(after),
+                    Verdict::Other => break,
+                }
             }
             tracing::warn!(
                 "`{from}` asked that senders wait for it (keep=\"all\"), and is no component of the \
@@ -80,9 +91,39 @@ impl KeepRights {
     }
 }
 
+/// What is known of a peer.
+#[derive(Debug, PartialEq, Eq)]
+enum Verdict {
+    Component,
+    /// The registry may not know all components yet.
+    AskAgain {
+        after: Duration,
+    },
+    Other,
+}
+
+/// Judges a peer by whether the registry lists it, to which this process has been connected for a time.
+fn judge_peer(is_listed: bool, connected_for: Duration) -> Verdict {
+    if is_listed {
+        return Verdict::Component;
+    }
+    match REGISTERED_WITHIN.saturating_sub(connected_for) {
+        Duration::ZERO => Verdict::Other,
+        after => Verdict::AskAgain { after },
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_registry_that_has_just_started_condemns_no_peer() {
+        let s = Duration::from_secs;
+        assert_eq!(judge_peer(true, s(0)), Verdict::Component);
+        assert_eq!(judge_peer(false, s(1)), Verdict::AskAgain { after: REGISTERED_WITHIN - s(1) });
+        assert_eq!(judge_peer(false, REGISTERED_WITHIN), Verdict::Other);
+    }
 
     #[test]
     fn only_components_make_a_sender_wait() {
