@@ -14,6 +14,8 @@ use armor_sdk::wire::registry::ComponentEntry;
 
 /// Only a hang takes this long.
 pub const DEADLINE: Duration = Duration::from_secs(20);
+/// Between two looks at a process.
+const LOOK_PERIOD: Duration = Duration::from_millis(5);
 
 /// What a probe subscribes to, at least; the last of the ports that it declares.
 const INPUTS: usize = 4;
@@ -177,11 +179,19 @@ impl System {
     }
 
     pub fn control(&self, name: &str, role: Role) -> (ControlConnection, Receiver<ControlEvent>) {
-        let (sender, receiver) = channel();
-        let sink = move |event| {
-            let _ = sender.send(event);
-        };
-        (ControlConnection::connect(&self.entry(name), role, "test", sink).unwrap(), receiver)
+        let start = Instant::now();
+        loop {
+            let (sender, receiver) = channel();
+            let sink = move |event| {
+                let _ = sender.send(event);
+            };
+            match ControlConnection::connect(&self.entry(name), role, "test", sink) {
+                Ok(control) => return (control, receiver),
+                // The entry of a process start that has just ended.
+                Err(_) if start.elapsed() < DEADLINE => std::thread::sleep(LOOK_PERIOD),
+                Err(error) => panic!("{name}: {error}"),
+            }
+        }
     }
 
     pub fn status(&self, name: &str) -> Status {
@@ -199,8 +209,13 @@ impl System {
                 return status;
             }
             assert!(start.elapsed() < DEADLINE, "never in the wanted state: {status:#?}");
-            std::thread::sleep(Duration::from_millis(5));
+            std::thread::sleep(LOOK_PERIOD);
         }
+    }
+
+    /// Waits until `publisher` sends what it publishes to `subscriber`.
+    pub fn until_linked(&self, publisher: &str, subscriber: &str) {
+        self.until(publisher, is_linked_to(self.name(subscriber)));
     }
 
     pub fn terminate(&mut self, name: &str) {
@@ -236,10 +251,21 @@ impl Drop for System {
     }
 }
 
+/// Whether a publisher sends what it publishes to `subscriber`. The link of a subscriber that was still
+/// starting is paused at first, though the subscriber reports that it is connected.
+pub fn is_linked_to(subscriber: String) -> impl Fn(&Status) -> bool {
+    move |status| {
+        let mut links = status.outputs.iter().flat_map(|output| &output.links);
+        links.any(|link| link.to == subscriber && !link.paused)
+    }
+}
+
 /// The next data that a probe receives.
+#[track_caller]
 pub fn data(probe: &Receiver<ProbeEvent>) -> (String, u64, u64) {
     loop {
-        match probe.recv_timeout(DEADLINE).expect("data in time") {
+        let received = probe.recv_timeout(DEADLINE);
+        match received.expect("data in time") {
             ProbeEvent::Data { id, value, lost, .. } => return (id, value, lost),
             ProbeEvent::Call(_) | ProbeEvent::Parameter(..) | ProbeEvent::History(_) => {}
         }

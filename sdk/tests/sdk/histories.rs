@@ -36,7 +36,7 @@ fn an_input_keeps_its_last_messages_of_one_activation() {
     let link = system.link("in", "source", "out", "all") + ",history=3";
     let probe = system.run("sink", &[&link], None, |_, _| Ok(Outcome::CarryOn));
     let send = run_counter(&mut system, "out");
-    system.until("sink", |it| it.inputs[0].connected);
+    system.until_linked("source", "sink");
     for (_, expected) in [(1, vec![1]), (2, vec![2, 1]), (3, vec![3, 2, 1]), (4, vec![4, 3, 2])] {
         send.send(()).unwrap();
         assert_eq!(next_history(&probe), expected);

@@ -48,7 +48,9 @@ fn each_link_has_its_own_counters_and_one_that_ends_leaves_the_others() {
         let all = status.inputs.iter().filter(|input| input.id == "all").cloned();
         all.collect::<Vec<_>>()
     };
-    system.until("sink", |it| of(it).len() == 2 && of(it).iter().all(|input| input.connected));
+    for source in ["front", "rear"] {
+        system.until_linked(source, "sink");
+    }
     for (send, count) in [(&front, 3), (&rear, 1)] {
         (0..count).for_each(|_| send.send(()).unwrap());
     }
@@ -68,7 +70,7 @@ fn each_link_has_its_own_counters_and_one_that_ends_leaves_the_others() {
     rear.send(()).unwrap();
     assert_eq!(next_data(&sink), (sources[1].clone(), 201));
     let back = run_source(&mut system, "front", 300);
-    system.until("sink", |it| of(it)[0].connected);
+    system.until_linked("front", "sink");
     back.send(()).unwrap();
     assert_eq!(next_data(&sink), (sources[0].clone(), 300));
     assert_eq!(of(&system.status("sink"))[1].connections, 1);

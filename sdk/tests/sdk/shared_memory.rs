@@ -14,8 +14,9 @@ fn run_source(system: &mut System, output: &'static str, len: usize) -> Sender<u
     let (send, go) = channel();
     let mut next = 0;
     system.run("source", &["--rate=200Hz"], None, move |armor, call| {
-        for count in go.try_iter().filter(|_| call == Call::Tick) {
-            for _ in 0..count {
+        // An order that came before the first tick waits for it.
+        if call == Call::Tick {
+            for _ in 0..go.try_iter().sum() {
                 armor.send_data(output, &sample(next, len))?;
                 next += 1;
             }
@@ -34,7 +35,7 @@ fn run_sink(
 ) -> Receiver<ProbeEvent> {
     let link = format!("--link=in={}.{output},{how}", system.name("source"));
     let probe = system.run(name, &[&link], gate, |_, _| Ok(Outcome::CarryOn));
-    system.until(name, |it| it.inputs[0].connected);
+    system.until_linked("source", name);
     probe
 }
 
@@ -188,7 +189,7 @@ fn a_frozen_subscriber_gets_what_is_new_after_it_and_a_publisher_that_comes_back
     system.terminate("source");
     system.until("sink", |it| !it.inputs[0].connected);
     let send = run_source(&mut system, "out", 100);
-    system.until("sink", |it| it.inputs[0].connected);
+    system.until_linked("source", "sink");
     send.send(1).unwrap();
     assert_eq!(data(&probe), ("in".into(), 0, 0));
 }
@@ -203,7 +204,7 @@ fn a_subscriber_whose_history_holds_all_slots_that_it_may_still_gets_the_newest_
         let arguments: Vec<_> =
             [&link as &str, rate].into_iter().filter(|it| !it.is_empty()).collect();
         let probe = system.run("sink", &arguments, Some(gate), |_, _| Ok(Outcome::CarryOn));
-        system.until("sink", |it| it.inputs[0].connected);
+        system.until_linked("source", "sink");
         for value in 0..=40 {
             send.send(1).unwrap();
             assert_eq!(data(&probe), ("in".into(), value, 0), "keep={keep}");
