@@ -47,6 +47,7 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-proof",
             "armor-robotfile",
             "armor-sdk",
+            "armor-socket",
         ],
     ),
     (
