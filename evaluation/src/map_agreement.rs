@@ -7,6 +7,7 @@ use armor_grid_slam::grid::SurfaceGrid;
 use armor_grid_slam::pose::{Point, Pose};
 use armor_grid_slam::prior::Prior;
 use armor_grid_slam::refine::{Expected, refine};
+use armor_grid_slam::scan::ScanPoint;
 use armor_grid_slam::scan::thin;
 use armor_grid_slam::search::search;
 use nalgebra::Matrix3;
@@ -84,6 +85,7 @@ fn align_walls(map: &PlacedMap, reference: &PlacedMap) -> Pose {
         return Pose::default();
     };
     let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     refine(&surfaces, &points, found.pose, &free).pose
 }
 

@@ -11,7 +11,7 @@ use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose};
 use crate::prior::Prior;
 use crate::refine::{Expected, refine};
-use crate::scan::{Beam, thin};
+use crate::scan::{Beam, ScanPoint, thin};
 use crate::search::search;
 use nalgebra::{Matrix3, Vector3};
 
@@ -64,6 +64,12 @@ pub struct Keyframe {
     pub beams: Vec<Beam>,
     /// Points on surfaces, thinned, in the robot's frame.
     pub points: Vec<Point>,
+}
+
+impl Keyframe {
+    pub(crate) fn new(travelled_m: f64, beams: Vec<Beam>, points: &[ScanPoint]) -> Self {
+        Self { travelled_m, beams, points: points.iter().map(|point| point.place).collect() }
+    }
 }
 
 /// Looks for closures and remembers matches that wait for witnesses.
@@ -194,6 +200,7 @@ fn match_place(
         return None;
     }
     let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     let refined = refine(&fine, &points, found.pose, &free);
     if refined.support < SUPPORT {
         return None;

@@ -8,9 +8,9 @@ use crate::field::LikelihoodField;
 use crate::grid::SurfaceGrid;
 use crate::matching::place_scan;
 use crate::particle::{Particle, ParticleRandom, ScanNews, ScanStep};
-use crate::pose::{Point, Pose, wrapped};
+use crate::pose::{Pose, wrapped};
 use crate::refine::pose_difference;
-use crate::scan::Beam;
+use crate::scan::{Beam, ScanPoint};
 use crate::snapshot::GridSnapshot;
 use nalgebra::Matrix3;
 use std::num::NonZero;
@@ -85,7 +85,7 @@ impl ParticleFilter {
         odometry: Pose,
         stamp_s: f64,
         beams: &[Beam],
-        points: &[Point],
+        points: &[ScanPoint],
     ) -> ScanEstimate {
         let (mut pose, mut covariance, score) = self.follow_motion(odometry, points);
         let drawn = self.is_news(&pose, stamp_s);
@@ -193,7 +193,7 @@ impl ParticleFilter {
     }
 
     /// Finds the scan on the best particle's map: pose, covariance and support.
-    fn follow_motion(&mut self, odometry: Pose, points: &[Point]) -> (Pose, Matrix3<f64>, f64) {
+    fn follow_motion(&mut self, odometry: Pose, points: &[ScanPoint]) -> (Pose, Matrix3<f64>, f64) {
         let Some((from, last)) = self.followed else {
             return (Pose::default(), Matrix3::identity() * 1e-6, 0.0);
         };
@@ -328,6 +328,7 @@ fn for_each_particle(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pose::Point;
     use crate::scan::thinned;
 
     /// What a laser in the middle of the robot sees in a hall of 12 x 8 m with a corner cut off.

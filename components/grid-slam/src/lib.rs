@@ -2,6 +2,7 @@
 //! closes loops.
 
 pub mod agreement;
+mod bare_walls;
 pub mod closing;
 pub mod config;
 pub mod continuation;

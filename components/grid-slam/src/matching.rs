@@ -2,9 +2,12 @@
 
 use crate::field::{CellWindow, LikelihoodField};
 use crate::grid::SurfaceGrid;
-use crate::pose::Point;
+use crate::pose::Pose;
 use crate::prior::Prior;
-use crate::refine::{Expected, Refined, points_in_front, refine};
+use crate::refine::{
+    Expected, Landscape, Refined, move_pose, points_in_front, pose_difference, refine,
+};
+use crate::scan::ScanPoint;
 use crate::search::search;
 
 /// Scans with fewer points are not matched.
@@ -23,7 +26,7 @@ const WIDER_M: f64 = 1.0;
 pub(crate) fn place_scan(
     grid: &SurfaceGrid,
     field: &mut Option<LikelihoodField>,
-    points: &[Point],
+    points: &[ScanPoint],
     expected: &Expected,
     prior: &Prior,
 ) -> Option<Refined> {
@@ -31,23 +34,42 @@ pub(crate) fn place_scan(
         return None;
     }
     let resolution_m = grid.resolution_m();
-    let window = CellWindow::around(points, prior, resolution_m, 3.0 * BLUR_M);
+    let places: Vec<_> = points.iter().map(|point| point.place).collect();
+    let window = CellWindow::around(&places, prior, resolution_m, 3.0 * BLUR_M);
     if !field.as_ref().is_some_and(|field| field.window().contains(&window)) {
         let wide = window.widened((WIDER_M / resolution_m) as i32);
         *field = Some(LikelihoodField::draw(grid, wide, BLUR_M, LEVELS));
     }
-    let in_front = points_in_front(grid, points, &prior.pose);
-    let searched = if in_front.len() < FEWEST_POINTS { points } else { &in_front[..] };
+    let in_front = points_in_front(grid, &places, &prior.pose);
+    let searched = if in_front.len() < FEWEST_POINTS { &places } else { &in_front };
     let found = search(field.as_ref()?, searched, prior, resolution_m, None)?;
-    let refined = refine(grid, points, found.pose, &expected.doubted(&found.pose));
+    let start = if points.iter().all(ScanPoint::measures_all) {
+        found.pose
+    } else {
+        keep_measured(grid, points, &found.pose, expected)
+    };
+    let refined = refine(grid, points, start, &expected.doubted(&start));
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
+}
+
+/// Returns the pose that the odometry expects, moved only in the directions that the scan measures:
+/// in the others the search may have followed marks on bare walls.
+fn keep_measured(
+    grid: &SurfaceGrid,
+    points: &[ScanPoint],
+    found: &Pose,
+    expected: &Expected,
+) -> Pose {
+    let scan = Landscape::new(grid, points, found).information(found);
+    let motion = pose_difference(found, &expected.pose);
+    move_pose(&expected.pose, &(expected.measured_part(&scan) * motion))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::Config;
-    use crate::pose::Pose;
+    use crate::pose::Point;
     use crate::scan::Beam;
 
     /// Points every 5 cm from one corner to the next.
@@ -66,7 +88,8 @@ mod tests {
     /// Where a scan of `seen` is placed, taken at `truth`, as the odometry rightly expects; `None`
     /// if it fits nowhere.
     fn place(grid: &SurfaceGrid, seen: &[Point], truth: Pose) -> Option<Pose> {
-        let points: Vec<_> = seen.iter().map(|point| truth.inverse().apply(*point)).collect();
+        let points: Vec<_> =
+            seen.iter().map(|point| truth.inverse().apply(*point).into()).collect();
         let motion = Pose::new(0.4, 0.0, 0.0);
         let (expected, prior) =
             Config::default().expect_motion(&(truth * motion.inverse()), &motion);

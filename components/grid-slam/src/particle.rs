@@ -5,9 +5,9 @@
 use crate::config::Config;
 use crate::grid::SurfaceGrid;
 use crate::matching::{BELIEVED_SUPPORT, place_scan};
-use crate::pose::{Point, Pose, wrapped};
-use crate::refine::{BEAM_WORTH, Expected, Landscape, refine};
-use crate::scan::Beam;
+use crate::pose::{Point, Pose};
+use crate::refine::{BEAM_WORTH, Expected, Landscape, move_pose, pose_difference, refine};
+use crate::scan::{Beam, ScanPoint};
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -42,7 +42,7 @@ pub(crate) struct Particle {
 
 /// A drawn scan, as all particles receive it.
 pub(crate) struct ScanNews<'a> {
-    pub(crate) points: &'a [Point],
+    pub(crate) points: &'a [ScanPoint],
     pub(crate) beams: &'a [Beam],
     /// The motion since the last drawn scan according to the odometry.
     pub(crate) odometry: Pose,
@@ -102,7 +102,14 @@ impl Particle {
         if config.particles == 1 {
             return (step, centre);
         }
-        (step, move_pose(&proposal.mean, &(proposal.root * random.draw_normals())))
+        let drawn = move_pose(&proposal.mean, &(proposal.root * random.draw_normals()));
+        if news.points.iter().all(ScanPoint::measures_all) {
+            return (step, drawn);
+        }
+        // In the other directions particles would only guess apart, and the one whose guess fits
+        // marks on a bare wall best would win.
+        let measured = expected.measured_part(&refined.information);
+        (step, move_pose(&centre, &(measured * pose_difference(&drawn, &centre))))
     }
 }
 
@@ -152,10 +159,6 @@ impl Proposal {
 
 fn samples_last(samples: &[(Vector3<f64>, f64)]) -> Vector3<f64> {
     samples.last().map_or_else(Vector3::zeros, |(drawn, _)| *drawn)
-}
-
-fn move_pose(pose: &Pose, by: &Vector3<f64>) -> Pose {
-    Pose::new(pose.x_m + by.x, pose.y_m + by.y, wrapped(pose.yaw_rad + by.z))
 }
 
 /// Random numbers of one particle at one scan, so that no thread's turn matters.

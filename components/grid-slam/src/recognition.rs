@@ -5,10 +5,10 @@ use crate::config::Config;
 use crate::field::{CellWindow, LikelihoodField};
 use crate::grid::SurfaceGrid;
 use crate::matching::place_scan;
-use crate::pose::{Point, Pose, wrapped};
+use crate::pose::{Pose, wrapped};
 use crate::prior::Prior;
 use crate::refine::{Expected, refine};
-use crate::scan::thin;
+use crate::scan::{ScanPoint, thin};
 use crate::search::search;
 use crate::state::SavedPlace;
 use nalgebra::Matrix3;
@@ -58,7 +58,7 @@ pub struct SeenScan<'a> {
     /// The odometry of that moment.
     pub odometry: Pose,
     /// Its points, in the robot's frame.
-    pub points: &'a [Point],
+    pub points: &'a [ScanPoint],
 }
 
 /// A place that scans have found.
@@ -163,11 +163,11 @@ fn follow_guess(
 }
 
 /// Returns where on the map the points were seen from, if there is one such place only.
-fn search_map(map: &SurfaceGrid, points: &[Point]) -> Option<Pose> {
+fn search_map(map: &SurfaceGrid, points: &[ScanPoint]) -> Option<Pose> {
     let mut surfaces = Vec::new();
     let (low, high) = map.extent()?;
     map.for_each_surface(low, high, |_, point| surfaces.push(point));
-    let points = thin(points.iter().copied(), 2.0 * COARSE_M);
+    let points = thin(points.iter().map(|point| point.place), 2.0 * COARSE_M);
     let resolution_m = map.resolution_m();
     let along = |cell: i32| f64::from(cell) * resolution_m;
     let middle = [0, 1].map(|axis| (along(low[axis]) + along(high[axis])) / 2.0);
@@ -209,6 +209,7 @@ fn search_map(map: &SurfaceGrid, points: &[Point]) -> Option<Pose> {
         return None;
     }
     let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     let refined = refine(map, &points, found.pose, &free);
     (refined.support >= SUPPORT_ANYWHERE).then_some(refined.pose)
 }

@@ -4,6 +4,7 @@
 
 use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose, wrapped};
+use crate::scan::ScanPoint;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Cells around a point whose surfaces it is compared to.
@@ -16,6 +17,8 @@ const DOUBT_SIGMAS: f64 = 2.0;
 pub(crate) const BEAM_WORTH: f64 = 0.15;
 /// A surface is seen from behind if the cosine between the view and its normal exceeds this.
 const BEHIND: f64 = 0.15;
+/// A scan measures a direction if it gives this many times the odometry's information about it.
+const MEASURED: f64 = 4.0;
 const MOST_STEPS: usize = 12;
 const STILL_M: f64 = 2e-4;
 const STILL_RAD: f64 = 2e-5;
@@ -52,6 +55,19 @@ impl Expected {
         let scale = Matrix3::from_diagonal(&Vector3::new(trust(0), trust(1), trust(2)));
         Self { pose: self.pose, information: self.information * scale }
     }
+
+    /// Returns the projection of a motion on the directions that a scan of this information
+    /// measures.
+    pub(crate) fn measured_part(&self, scan: &Matrix3<f64>) -> Matrix3<f64> {
+        // In units of the odometry's standard deviations.
+        let per_unit = self.information.diagonal().map(|one| one.max(1e-9).sqrt());
+        let unit = Matrix3::from_diagonal(&per_unit.map(f64::recip));
+        let eigen = (unit * scan * unit).symmetric_eigen();
+        let directions = eigen.eigenvalues.iter().zip(eigen.eigenvectors.column_iter());
+        let measured = directions.filter(|(information, _)| **information >= MEASURED);
+        let inner: Matrix3<f64> = measured.map(|(_, one)| one * one.transpose()).sum();
+        unit * inner * Matrix3::from_diagonal(&per_unit)
+    }
 }
 
 /// Logarithm of the likelihood of a beam that contradicts the map altogether, and of one that ends
@@ -78,12 +94,16 @@ pub(crate) struct Landscape {
 }
 
 impl Landscape {
-    pub(crate) fn new(grid: &SurfaceGrid, points: &[Point], pose: &Pose) -> Self {
+    pub(crate) fn new(grid: &SurfaceGrid, points: &[ScanPoint], pose: &Pose) -> Self {
         let mut landscape = Self { seen: Vec::with_capacity(points.len()), elsewhere: 0.0 };
-        for point in points {
-            let world = pose.apply(*point);
+        let (sin, cos) = pose.yaw_rad.sin_cos();
+        let map_from_robot = Matrix2::new(cos, -sin, sin, cos);
+        for ScanPoint { place, along_m } in points {
+            let world = pose.apply(*place);
             match read_patch(grid, world, view_direction(pose, world)) {
-                Some(patch) => landscape.seen.push((*point, patch)),
+                Some(patch) => {
+                    landscape.seen.push((*place, patch.loosened(&(map_from_robot * along_m))));
+                }
                 None if grid.is_known(grid.cell_of(world)) => landscape.elsewhere += CONTRADICTED,
                 None => landscape.elsewhere += UNKNOWN,
             }
@@ -114,6 +134,11 @@ impl Landscape {
         hessian.cholesky().map(|c| -c.solve(&gradient))
     }
 
+    /// The information that the scan gives about x, y and heading at a pose.
+    pub(crate) fn information(&self, pose: &Pose) -> Matrix3<f64> {
+        self.build_system(pose).hessian
+    }
+
     fn build_system(&self, pose: &Pose) -> NormalEquations {
         let mut system = NormalEquations {
             hessian: Matrix3::zeros(),
@@ -136,22 +161,44 @@ struct Patch {
     information: Matrix2<f64>,
 }
 
+impl Patch {
+    /// The surface as a point sees it whose own place has this standard deviation along a wall.
+    fn loosened(mut self, along_m: &Vector2<f64>) -> Self {
+        let weighted = self.information * along_m;
+        self.information -= weighted * weighted.transpose() / (1.0 + along_m.dot(&weighted));
+        self
+    }
+}
+
 /// Moves `start` to where `points` fit the surfaces of the map best.
-pub fn refine(grid: &SurfaceGrid, points: &[Point], start: Pose, expected: &Expected) -> Refined {
+pub fn refine(
+    grid: &SurfaceGrid,
+    points: &[ScanPoint],
+    start: Pose,
+    expected: &Expected,
+) -> Refined {
     let mut pose = start;
     let mut landscape = Landscape::new(grid, points, &pose);
     // Surfaces are looked up again after every step: where they give no information along a wall,
     // those of the step before would hold the scan back.
     for _ in 0..MOST_STEPS {
         let Some(step) = landscape.newton_step(&pose, expected) else { break };
-        pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, wrapped(pose.yaw_rad + step.z));
+        pose = move_pose(&pose, &step);
         if step.xy().norm() < STILL_M && step.z.abs() < STILL_RAD {
             break;
         }
         landscape = Landscape::new(grid, points, &pose);
     }
     let system = landscape.build_system(&pose);
-    let all = system.hessian + expected.information;
+    let all = if points.iter().all(ScanPoint::measures_all) {
+        system.hessian + expected.information
+    } else {
+        // As if bare walls measured the way along them: with the larger covariance that they leave,
+        // loops would be closed between aisles that look alike.
+        let points: Vec<_> = points.iter().map(|point| ScanPoint::from(point.place)).collect();
+        let landscape = Landscape::new(grid, &points, &pose);
+        landscape.information(&pose) + expected.information
+    };
     let covariance = all.cholesky().map_or_else(Matrix3::identity, |c| c.inverse());
     let support = system.supported / points.len().max(1) as f64;
     Refined { pose, covariance, information: system.hessian, support, landscape }
@@ -159,6 +206,10 @@ pub fn refine(grid: &SurfaceGrid, points: &[Point], start: Pose, expected: &Expe
 
 pub(crate) fn pose_difference(pose: &Pose, from: &Pose) -> Vector3<f64> {
     Vector3::new(pose.x_m - from.x_m, pose.y_m - from.y_m, wrapped(pose.yaw_rad - from.yaw_rad))
+}
+
+pub(crate) fn move_pose(pose: &Pose, by: &Vector3<f64>) -> Pose {
+    Pose::new(pose.x_m + by.x, pose.y_m + by.y, wrapped(pose.yaw_rad + by.z))
 }
 
 /// The normal equations at one pose.
@@ -252,4 +303,29 @@ fn read_patch(grid: &SurfaceGrid, world: Point, view: [f64; 2]) -> Option<Patch>
     // information.
     let information = within - Matrix2::identity() / (width_m * width_m + roughness);
     Some(Patch { mean: mean + Vector2::new(world.x_m, world.y_m), information })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_scan_does_not_measure_is_taken_from_a_motion() {
+        let information = Matrix3::from_diagonal(&Vector3::new(1000.0, 1000.0, 1e5));
+        let odometry = Expected { pose: Pose::default(), information };
+        // A corridor at 30 degrees.
+        let (sin, cos) = 30f64.to_radians().sin_cos();
+        let (along, across) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));
+        let turn = Vector3::new(0.0, 0.0, 1.0);
+        let motion = along * 0.3 + across * 0.2 + turn * 0.01;
+        let project = |by_along: f64, by_across: f64| {
+            let scan = along * along.transpose() * by_along
+                + across * across.transpose() * by_across
+                + turn * turn.transpose() * 1e6;
+            odometry.measured_part(&scan) * motion
+        };
+        assert!((project(1.0, 5000.0) - across * 0.2 - turn * 0.01).norm() < 1e-9);
+        assert!((project(5000.0, 5000.0) - motion).norm() < 1e-9, "all is measured");
+        assert!((project(3900.0, 3900.0) - turn * 0.01).norm() < 1e-9, "less than 4 times");
+    }
 }

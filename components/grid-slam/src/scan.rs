@@ -1,6 +1,8 @@
 //! A laser scan as the mapper needs it: points on surfaces, and how far every beam saw nothing.
 
+use crate::bare_walls::find_points;
 use crate::pose::{Point, Pose};
+use nalgebra::Vector2;
 use std::collections::HashSet;
 
 /// One sweep of a planar laser, ranges as in a LaserScan message.
@@ -27,6 +29,30 @@ pub struct Beam {
     pub end: Point,
     /// Whether it ends on a surface; if not, all up to the end is free.
     pub hit: bool,
+}
+
+/// A point of a surface, in the robot's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ScanPoint {
+    /// Where it is.
+    pub place: Point,
+    /// Standard deviation along the wall that it lies on, metres, as a vector along that wall: zero
+    /// where the point measures all directions.
+    pub along_m: Vector2<f64>,
+}
+
+impl ScanPoint {
+    /// Returns whether the point measures all directions.
+    pub fn measures_all(&self) -> bool {
+        self.along_m == Vector2::zeros()
+    }
+}
+
+impl From<Point> for ScanPoint {
+    /// A point that measures all directions.
+    fn from(place: Point) -> Self {
+        Self { place, along_m: Vector2::zeros() }
+    }
 }
 
 /// How far beams are believed.
@@ -59,15 +85,23 @@ impl MapperScan {
 
 /// Keeps the first surface point in every square of `side_m`, so that near walls, which get most
 /// of the beams, do not outvote far ones.
-pub fn thinned(beams: &[Beam], side_m: f64) -> Vec<Point> {
-    thin(beams.iter().filter(|beam| beam.hit).map(|beam| beam.end), side_m)
+pub fn thinned(beams: &[Beam], side_m: f64) -> Vec<ScanPoint> {
+    thin_by(find_points(beams).into_iter(), side_m, |point| point.place)
 }
 
 /// Keeps the first point in every square of `side_m`.
 pub fn thin(points: impl Iterator<Item = Point>, side_m: f64) -> Vec<Point> {
+    thin_by(points, side_m, |point| *point)
+}
+
+fn thin_by<P>(points: impl Iterator<Item = P>, side_m: f64, place: impl Fn(&P) -> Point) -> Vec<P> {
     let mut taken = HashSet::new();
     let square = |metres: f64| (metres / side_m).floor() as i64;
-    points.filter(|point| taken.insert((square(point.x_m), square(point.y_m)))).collect()
+    let is_first = |point: &P| {
+        let Point { x_m, y_m } = place(point);
+        taken.insert((square(x_m), square(y_m)))
+    };
+    points.filter(is_first).collect()
 }
 
 #[cfg(test)]

@@ -6,9 +6,9 @@ use crate::config::Config;
 use crate::filter::{ParticleFilter, ScanEstimate};
 use crate::graph::{PoseGraph, turn_covariance};
 use crate::particle::ScanStep;
-use crate::pose::{Point, Pose};
+use crate::pose::Pose;
 use crate::recognition::{PlaceSearch, SeenScan};
-use crate::scan::{Beam, MapperScan, thinned};
+use crate::scan::{Beam, MapperScan, ScanPoint, thinned};
 use crate::snapshot::GridSnapshot;
 use crate::state::{SavedKeyframe, SavedState};
 use nalgebra::{Matrix3, Vector3};
@@ -68,7 +68,7 @@ impl Slam {
         let graph = PoseGraph::from_parts(state.poses, state.edges)?;
         let read = |saved: &SavedKeyframe| {
             let (beams, points) = read_scan(&config, &saved.scan);
-            Keyframe { travelled_m: saved.travelled_m, beams, points }
+            Keyframe::new(saved.travelled_m, beams, &points)
         };
         let mut keyframes: Vec<Keyframe> = state.keyframes.iter().map(read).collect();
         let travelled_m = state.here?.travelled_m;
@@ -116,7 +116,7 @@ impl Slam {
             self.remember_keyframe();
             let travelled_m = self.front.travelled_m();
             if self.config.loop_closing {
-                self.keyframes.push(Keyframe { travelled_m, beams, points });
+                self.keyframes.push(Keyframe::new(travelled_m, beams, &points));
                 self.close_loops();
             }
         }
@@ -225,7 +225,7 @@ impl Slam {
 }
 
 /// What a scan saw, in the robot's frame: its beams, and thinned points on surfaces.
-fn read_scan(config: &Config, scan: &MapperScan) -> (Vec<Beam>, Vec<Point>) {
+fn read_scan(config: &Config, scan: &MapperScan) -> (Vec<Beam>, Vec<ScanPoint>) {
     let beams = scan.beams(&config.robot_from_laser, config.reach);
     let points = thinned(&beams, 2.0 * config.resolution_m);
     (beams, points)
