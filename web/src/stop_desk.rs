@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
-use armor_socket::Repeats;
+use armor_sdk::orders::Repeats;
 use axum::http::StatusCode;
 use parking_lot::Mutex;
 use serde_json::{Value, json};
