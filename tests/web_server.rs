@@ -5,6 +5,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
+use rustix::process::Signal;
 use serde_json::{Value, json};
 
 use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
@@ -33,11 +34,16 @@ struct Scene {
 
 impl Scene {
     fn begin(name: &str) -> Self {
+        Self::begin_with(name, MISSION)
+    }
+
+    /// As [`Self::begin`], with `mission`, which may be empty.
+    fn begin_with(name: &str, mission: &str) -> Self {
         let draft = Draft::default()
             .probe("north", "rate='50Hz'", "")
             .probe("watcher", "", "")
             .link("north", "watcher.a", "latest")
-            .mission(MISSION);
+            .mission(mission);
         let system = draft.run(Folder::new(name));
         let registry = system.registry.to_string();
         let mut command = system.folder.armor(&["web", "--listen", "127.0.0.1:0"]);
@@ -116,6 +122,44 @@ fn orders_questions_and_stop_reach_the_executive() {
     let (_, page) = scene.send("GET", "/", &Value::Null);
     assert!(page.contains("STOP"), "{page}");
     assert_eq!(scene.order(&json!({"order": "fire", "transition": "leave"})).0, 200);
+}
+
+#[test]
+fn stop_in_a_system_without_a_mission_is_refused_with_the_reason() {
+    let scene = Scene::begin_with("web-no-mission", "");
+    // On a busy host the launcher may answer too late; the wait for an executive then ends in another
+    // text.
+    wait_for("a refusal that knows the reason", || {
+        let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
+        let what = answer["error"]["what"].as_str().unwrap_or_default();
+        assert!(status == 502 && what.starts_with("STOP is not delivered"), "{status} {answer}");
+        what.contains("no mission runs that could be paused").then_some(())
+    });
+    let (_, stop) = scene.json("GET", "/api/stop", &Value::Null);
+    assert_eq!(stop["ordered"], Value::Null, "{stop}");
+}
+
+#[test]
+fn stop_waits_for_an_executive_that_is_started_again() {
+    let scene = Scene::begin("web-stop-restart");
+    scene.wait_for_place("up");
+    // The launcher starts the next one only after the server has noticed the death.
+    scene.system.run.signal(Signal::STOP);
+    scene.system.kill("executive");
+    wait_for("the end of the executive", || {
+        let (_, system) = scene.json("GET", "/api/system", &Value::Null);
+        let executive = system["processes"].as_array()?.iter().find(|it| it["name"] == "executive");
+        (["dead", "restarting"].contains(&executive?["state"].as_str()?)).then_some(())
+    });
+    scene.system.run.signal(Signal::CONT);
+    // On a busy host the next executive may take longer than an order waits.
+    let answer = wait_for("STOP", || {
+        let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
+        let what = answer["error"]["what"].as_str().unwrap_or_default();
+        assert!(!what.contains("no mission runs"), "one is started: {answer}");
+        (status == 200).then_some(answer)
+    });
+    assert_eq!(answer["means"], "paused", "{answer}");
 }
 
 #[test]
