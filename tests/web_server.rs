@@ -5,10 +5,10 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use rustix::process::Signal;
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
 use serde_json::{Value, json};
 
-use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
+use crate::fixture::{Dialogue, Folder, free_port, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// Only a hang takes this long.
@@ -173,6 +173,39 @@ fn a_parameter_is_shown_and_a_wrong_one_is_refused_with_the_reason() {
     let value = json!({"value": "1"});
     let (status, answer) = scene.json("PUT", "/api/parameters/north/no-such", &value);
     assert!(status == 409 && answer["error"]["what"].is_string(), "{status} {answer}");
+}
+
+#[test]
+fn a_server_that_cannot_accept_connections_logs_that_and_its_recovery() {
+    let port = free_port();
+    let page = format!(
+        "<component name='page' kind='web-view' rate='10Hz'>\
+         <parameter name='listen' value='127.0.0.1:{port}'/></component>\n"
+    );
+    let system = Draft::default().component(&page).run(Folder::new("web-descriptors"));
+    let connect = || {
+        let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+        stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        Some(stream)
+    };
+    let ask = |mut stream: TcpStream| {
+        let request = "GET /api/stop HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+        stream.write_all(request.as_bytes()).ok()?;
+        let mut response = String::new();
+        stream.read_to_string(&mut response).ok()?;
+        response.starts_with("HTTP/1.1 200 ").then_some(())
+    };
+    // It answers: a server that has only bound its port needs further descriptors to start.
+    wait_for("the page", || ask(connect()?));
+    let pid = Pid::from_raw(system.pid("page"));
+    let no_more = Rlimit { current: Some(0), ..getrlimit(Resource::Nofile) };
+    let before = prlimit(pid, Resource::Nofile, no_more).expect("it is ours");
+    let waiting = wait_for("a place in the queue of the port", connect);
+    system.run.wait_for_log("no connection can be accepted: ", 1);
+    assert!(!system.run.log().contains("connections are accepted again"));
+    prlimit(pid, Resource::Nofile, before).expect("it is ours");
+    system.run.wait_for_log("connections are accepted again", 1);
+    assert_eq!(ask(waiting), Some(()), "the one that has waited");
 }
 
 #[test]
