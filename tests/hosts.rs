@@ -7,6 +7,7 @@ mod datagrams;
 mod executables;
 mod freezing;
 mod left_processes;
+mod pages;
 mod reading;
 mod resuming;
 
@@ -103,6 +104,8 @@ impl Hosts {
         let listen = format!("127.0.0.1:{}", self.agent);
         let mut command = self.folder.armor(&["host", "--from", from, "--listen", &listen]);
         command.args(["--keys", "arm", "--out", "arm-out"]).args(arguments);
+        // The folder that the shell names is not the one that the agent is given.
+        command.env("ARMOR_KEYS", self.folder.path().join("none"));
         let child = command.stdout(Stdio::null()).stderr(Stdio::null()).spawn();
         Agent(child.expect("it starts"))
     }

@@ -7,6 +7,8 @@ use std::net::TcpStream;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::sync::Arc;
 
+use armor_keys::expiry::{DAY_S, now_s};
+use armor_keys::{KeyHolder, KeyPurpose, KeysFolder, NewKey};
 use rustls::pki_types::{CertificateDer, ServerName};
 use rustls::{ClientConfig, ClientConnection, RootCertStore, StreamOwned};
 use serde_json::{Value, json};
@@ -315,4 +317,28 @@ fn without_keys_no_page_is_served_to_other_hosts() {
     assert!(code == 1 && err.contains("it names robot.test"), "{err}");
     keys_ok(&folder, &["revoke", "robot"]);
     refused("is revoked");
+}
+
+#[test]
+fn no_invitation_is_made_while_the_clock_is_obviously_wrong() {
+    // A clock that is wrong by days puts the key of this host before or after its time; a key for
+    // another time does the same to a clock that is right.
+    for (name, made_in_days, reason) in [
+        ("web-clock-behind", 10, "and the key of robot is valid from "),
+        ("web-clock-ahead", -10, "the key of robot expired at "),
+    ] {
+        let folder = Folder::new(name);
+        let keys = folder.path().join("keys");
+        let now_s = now_s() + made_in_days * DAY_S;
+        let holder = KeyHolder { name: "robot".into(), purpose: KeyPurpose::Host };
+        let sites = vec![HOST.parse().expect("a name")];
+        let made = KeysFolder::create(&keys, now_s)
+            .and_then(|keys| keys.add_key(NewKey { holder, sites }, 2, now_s));
+        made.expect("a key");
+        let (code, out, err) = run_keys(&folder, &["invite", "bob", "--role", "observer"]);
+        assert_eq!((code, out.as_str()), (1, ""), "{err}");
+        assert!(err.contains(reason) && err.contains("set the clock of the robot"), "{err}");
+        let (_, list, _) = run_keys(&folder, &["list"]);
+        assert!(!list.contains("bob"), "{list}");
+    }
 }

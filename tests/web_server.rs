@@ -5,9 +5,10 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
+use rustix::process::{Pid, Resource, Rlimit, Signal, getrlimit, prlimit};
 use serde_json::{Value, json};
 
-use crate::fixture::{Dialogue, Folder, run_to_end, wait_for};
+use crate::fixture::{Dialogue, Folder, free_port, run_to_end, wait_for};
 use crate::resilience::system::{Draft, System};
 
 /// Only a hang takes this long.
@@ -33,11 +34,16 @@ struct Scene {
 
 impl Scene {
     fn begin(name: &str) -> Self {
+        Self::begin_with(name, MISSION)
+    }
+
+    /// As [`Self::begin`], with `mission`, which may be empty.
+    fn begin_with(name: &str, mission: &str) -> Self {
         let draft = Draft::default()
             .probe("north", "rate='50Hz'", "")
             .probe("watcher", "", "")
             .link("north", "watcher.a", "latest")
-            .mission(MISSION);
+            .mission(mission);
         let system = draft.run(Folder::new(name));
         let registry = system.registry.to_string();
         let mut command = system.folder.armor(&["web", "--listen", "127.0.0.1:0"]);
@@ -119,6 +125,44 @@ fn orders_questions_and_stop_reach_the_executive() {
 }
 
 #[test]
+fn stop_in_a_system_without_a_mission_is_refused_with_the_reason() {
+    let scene = Scene::begin_with("web-no-mission", "");
+    // On a busy host the launcher may answer too late; the wait for an executive then ends in another
+    // text.
+    wait_for("a refusal that knows the reason", || {
+        let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
+        let what = answer["error"]["what"].as_str().unwrap_or_default();
+        assert!(status == 502 && what.starts_with("STOP is not delivered"), "{status} {answer}");
+        what.contains("no mission runs that could be paused").then_some(())
+    });
+    let (_, stop) = scene.json("GET", "/api/stop", &Value::Null);
+    assert_eq!(stop["ordered"], Value::Null, "{stop}");
+}
+
+#[test]
+fn stop_waits_for_an_executive_that_is_started_again() {
+    let scene = Scene::begin("web-stop-restart");
+    scene.wait_for_place("up");
+    // The launcher starts the next one only after the server has noticed the death.
+    scene.system.run.signal(Signal::STOP);
+    scene.system.kill("executive");
+    wait_for("the end of the executive", || {
+        let (_, system) = scene.json("GET", "/api/system", &Value::Null);
+        let executive = system["processes"].as_array()?.iter().find(|it| it["name"] == "executive");
+        (["dead", "restarting"].contains(&executive?["state"].as_str()?)).then_some(())
+    });
+    scene.system.run.signal(Signal::CONT);
+    // On a busy host the next executive may take longer than an order waits.
+    let answer = wait_for("STOP", || {
+        let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
+        let what = answer["error"]["what"].as_str().unwrap_or_default();
+        assert!(!what.contains("no mission runs"), "one is started: {answer}");
+        (status == 200).then_some(answer)
+    });
+    assert_eq!(answer["means"], "paused", "{answer}");
+}
+
+#[test]
 fn a_parameter_is_shown_and_a_wrong_one_is_refused_with_the_reason() {
     let scene = Scene::begin("web-parameters");
     scene.wait_for_place("up");
@@ -129,6 +173,39 @@ fn a_parameter_is_shown_and_a_wrong_one_is_refused_with_the_reason() {
     let value = json!({"value": "1"});
     let (status, answer) = scene.json("PUT", "/api/parameters/north/no-such", &value);
     assert!(status == 409 && answer["error"]["what"].is_string(), "{status} {answer}");
+}
+
+#[test]
+fn a_server_that_cannot_accept_connections_logs_that_and_its_recovery() {
+    let port = free_port();
+    let page = format!(
+        "<component name='page' kind='web-view' rate='10Hz'>\
+         <parameter name='listen' value='127.0.0.1:{port}'/></component>\n"
+    );
+    let system = Draft::default().component(&page).run(Folder::new("web-descriptors"));
+    let connect = || {
+        let stream = TcpStream::connect(("127.0.0.1", port)).ok()?;
+        stream.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        Some(stream)
+    };
+    let ask = |mut stream: TcpStream| {
+        let request = "GET /api/stop HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+        stream.write_all(request.as_bytes()).ok()?;
+        let mut response = String::new();
+        stream.read_to_string(&mut response).ok()?;
+        response.starts_with("HTTP/1.1 200 ").then_some(())
+    };
+    // It answers: a server that has only bound its port needs further descriptors to start.
+    wait_for("the page", || ask(connect()?));
+    let pid = Pid::from_raw(system.pid("page"));
+    let no_more = Rlimit { current: Some(0), ..getrlimit(Resource::Nofile) };
+    let before = prlimit(pid, Resource::Nofile, no_more).expect("it is ours");
+    let waiting = wait_for("a place in the queue of the port", connect);
+    system.run.wait_for_log("no connection can be accepted: ", 1);
+    assert!(!system.run.log().contains("connections are accepted again"));
+    prlimit(pid, Resource::Nofile, before).expect("it is ours");
+    system.run.wait_for_log("connections are accepted again", 1);
+    assert_eq!(ask(waiting), Some(()), "the one that has waited");
 }
 
 #[test]

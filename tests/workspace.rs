@@ -47,7 +47,6 @@ const ARROWS: &[(&str, &[&str])] = &[
             "armor-proof",
             "armor-robotfile",
             "armor-sdk",
-            "armor-socket",
         ],
     ),
     (

@@ -33,7 +33,8 @@ pub enum RunRequest {
     },
     /// Stop the whole system in order, as Ctrl-C does.
     StopAll,
-    /// List the components whose processes do not run.
+    /// List the components whose processes do not run and the other hosts, and report whether there is an
+    /// executive.
     List,
     /// Return the starts and ends of the processes of a component or a daemon.
     History {
@@ -55,6 +56,10 @@ pub struct RunReply {
     /// The other hosts of the system, if the components were asked for.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hosts: Vec<HostReport>,
+    /// Whether an executive runs or is going to be started, if the components were asked for; none from
+    /// a launcher that does not report it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub has_executive: Option<bool>,
     /// The starts and ends of the component's processes, if they were asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub history: Option<ComponentHistory>,

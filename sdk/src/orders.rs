@@ -1,4 +1,7 @@
-//! Passes orders of operators to the process that carries them out, and its answers back.
+//! Passes orders of operators to the process that carries them out, and its answers back; counts the
+//! orders that are repeated.
+
+mod repeats;
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -6,6 +9,8 @@ use std::sync::mpsc::{self, Receiver, Sender};
 
 use armor_wire::control::{Answer, Order};
 use parking_lot::Mutex;
+
+pub use repeats::{MAX_REPEATED, Repeats};
 
 /// Most orders that wait for their answers: people send few, and each is written to the disk.
 const MAX_WAITING: usize = 64;

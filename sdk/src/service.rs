@@ -58,7 +58,8 @@ struct ServiceThread {
     datagrams_due: Option<Instant>,
     last_beat: Instant,
     last_look: Instant,
-    /// Set after accepting has failed, as it does without free file descriptors.
+    /// Set after accepting has failed, as it does without free file descriptors, until a connection is
+    /// accepted.
     accept_after: Option<Instant>,
 }
 
@@ -120,15 +121,24 @@ impl ServiceThread {
     }
 
     fn accept_connections(&mut self) {
-        self.accept_after = None;
+        // Other connections also wake this thread.
+        if self.accept_after.is_some_and(|after| Instant::now() < after) {
+            return;
+        }
         loop {
             match self.listeners.accept() {
-                Ok(Some(stream)) => self.handshakes.add_connection(stream),
+                Ok(Some(stream)) => {
+                    if self.accept_after.take().is_some() {
+                        tracing::info!("connections are accepted again");
+                    }
+                    self.handshakes.add_connection(stream);
+                }
                 Ok(None) => return,
                 Err(error) => {
                     // No descriptors left: existing connections continue; try again later.
-                    tracing::error!("cannot accept a connection: {error}");
-                    self.accept_after = Some(Instant::now() + ACCEPT_PAUSE);
+                    if self.accept_after.replace(Instant::now() + ACCEPT_PAUSE).is_none() {
+                        tracing::error!("cannot accept a connection: {error}");
+                    }
                     return;
                 }
             }

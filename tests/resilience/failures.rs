@@ -1,10 +1,11 @@
 //! Components that fail, panic or die: what they report, when the launcher gives them up, and where
 //! the mission goes.
 
-use std::net::SocketAddr;
+use std::net::{SocketAddr, TcpStream};
 use std::process::Command;
 
 use armor_registry::{BackgroundRegistry, RegistryOptions};
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 use super::system::{Draft, System, probe};
 use super::trace::check_nothing_lost;
@@ -128,4 +129,25 @@ fn without_configd_a_component_reports_it_and_ends() {
     assert_eq!(code, 1, "{err}");
     let expected = ["configd has not answered within", "trace", "no process is called `configd`"];
     assert!(expected.iter().all(|text| err.contains(text)), "{err}");
+}
+
+#[test]
+fn a_component_without_free_descriptors_logs_that_once_and_its_recovery() {
+    let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
+    let system = draft.link("source", "sink.a", "all").run(Folder::new("descriptors"));
+    system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
+    let source = system.entry("source");
+    let pid = Pid::from_raw(system.pid("source"));
+    let no_more = Rlimit { current: Some(0), ..getrlimit(Resource::Nofile) };
+    let before = prlimit(pid, Resource::Nofile, no_more).expect("it is ours");
+    let waiting = TcpStream::connect(&source.endpoint).expect("a place in the queue of the port");
+    system.run.wait_for_log("cannot accept a connection: ", 1);
+    let arrived = system.trace("sink").got("a").len();
+    // Its links still work, and wake the thread that accepts.
+    system.traced("sink", "more data", |trace| (trace.got("a").len() > arrived + 20).then_some(()));
+    prlimit(pid, Resource::Nofile, before).expect("it is ours");
+    system.run.wait_for_log("connections are accepted again", 1);
+    let log = system.run.log();
+    assert_eq!(log.matches("cannot accept a connection: ").count(), 1, "{log}");
+    drop(waiting);
 }

@@ -15,6 +15,7 @@ mod failure;
 mod first_bytes;
 mod histogram;
 mod images;
+mod launcher_question;
 mod live;
 mod metrics;
 mod mission_routes;

@@ -158,6 +158,8 @@ impl WebServer {
                     _ = stopped => {}
                 }
             });
+            // A question to a launcher that hangs does not delay the end.
+            runtime.shutdown_background();
         })?;
         Ok(Self {
             address,

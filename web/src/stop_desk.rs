@@ -6,7 +6,7 @@ use std::time::SystemTime;
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
-use armor_socket::Repeats;
+use armor_sdk::orders::Repeats;
 use axum::http::StatusCode;
 use parking_lot::Mutex;
 use serde_json::{Value, json};
@@ -14,6 +14,7 @@ use tokio::sync::watch;
 
 use crate::commands::RobotCommands;
 use crate::failure::WebFailure;
+use crate::launcher_question::LauncherQuestion;
 use crate::order_desk::OrderDesk;
 
 /// How STOP reached the robot.
@@ -60,6 +61,7 @@ impl LoggedOrders {
 pub(crate) struct StopDesk {
     commands: Option<Arc<dyn RobotCommands>>,
     orders: OrderDesk,
+    launcher: LauncherQuestion,
     /// The last order of this process; none: it is not known whether the robot is stopped.
     last: Mutex<Option<StopOrder>>,
     logged: Mutex<LoggedOrders>,
@@ -70,12 +72,14 @@ impl StopDesk {
     /// Opens the desk; `news` is raised at every change.
     pub(crate) fn open(
         directory: &Directory,
+        launcher: LauncherQuestion,
         author: &str,
         commands: Option<Arc<dyn RobotCommands>>,
         news: watch::Sender<u64>,
     ) -> io::Result<Self> {
         let orders = OrderDesk::open(directory, "the STOP of armor web", author)?;
-        Ok(Self { commands, orders, last: Mutex::default(), logged: Mutex::default(), news })
+        let (last, logged) = (Mutex::default(), Mutex::default());
+        Ok(Self { commands, orders, launcher, last, logged, news })
     }
 
     /// Returns whether STOP is in force, as far as this process knows; `is_paused` is the mission's
@@ -96,8 +100,14 @@ impl StopDesk {
         })
     }
 
-    /// Orders STOP, and returns what was done. `author`: who, if not the user of the system.
-    pub(crate) async fn stop(&self, author: Option<String>) -> Result<Value, WebFailure> {
+    /// Orders STOP, and returns what was done. `author`: who, if not the user of the system;
+    /// `has_executive`: whether one is registered. It is called only after STOP could not be published,
+    /// which waits for no lock.
+    pub(crate) async fn stop(
+        &self,
+        author: Option<String>,
+        has_executive: impl Fn() -> bool,
+    ) -> Result<Value, WebFailure> {
         self.log_order(author.as_deref(), true);
         let published = self.commands.as_ref().map(|commands| commands.stop(true));
         if let Some(Ok(links @ 1..)) = published {
@@ -110,6 +120,20 @@ impl StopDesk {
             Some(Ok(_)) => "no component takes STOP from here".to_owned(),
             Some(Err(error)) => error,
         };
+        // An executive that is being started gets the order as soon as it can take it, which may last
+        // seconds; only the launcher knows that none will come.
+        if !has_executive() && self.launcher.rules_out_executive().await {
+            return Err(WebFailure::new(
+                StatusCode::BAD_GATEWAY,
+                format!(
+                    "STOP is not delivered: {why_not}, and no mission runs that could be paused"
+                ),
+                "the robot",
+                "it may be moving: use the switch on the robot, or end the system with `armor stop \
+                 --all`; for STOP from here, link the output `stop` of a component `web-view` to \
+                 what drives the robot",
+            ));
+        }
         let (is_paused, text) = match self.orders.send(author, false, Order::Pause).await {
             // Also accepted if the mission is paused already.
             Ok(verdict) => (verdict.accepted, verdict.text),

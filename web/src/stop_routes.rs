@@ -39,7 +39,7 @@ struct ReleaseBody {
 
 /// `POST /api/stop`.
 pub(crate) async fn stop(State(web): State<Arc<WebState>>, caller: Caller) -> Response {
-    match web.stop.stop(caller.name()).await {
+    match web.stop.stop(caller.name(), || web.has_executive()).await {
         Ok(done) => json_response(StatusCode::OK, &done),
         Err(failure) => failure.into_response(),
     }
@@ -102,7 +102,7 @@ async fn serve_stop(web: Arc<WebState>, caller: Caller, mut socket: WebSocket) {
 async fn answer_message(web: &WebState, caller: &Caller, text: &str) -> Value {
     match serde_json::from_str::<StopMessage>(text) {
         Ok(StopMessage { stop: true, id }) => {
-            let stopping = web.stop.stop(caller.name());
+            let stopping = web.stop.stop(caller.name(), || web.has_executive());
             let mut answer = stopping.await.unwrap_or_else(|failure| failure.to_json());
             answer["id"] = json!(id);
             answer

@@ -23,6 +23,7 @@ use crate::commands::RobotCommands;
 use crate::control_desk::ControlDesk;
 use crate::data_hub::DataHub;
 use crate::histogram::TimeHistogram;
+use crate::launcher_question::LauncherQuestion;
 use crate::order_desk::OrderDesk;
 use crate::remote::RemoteAccess;
 use crate::stop_desk::StopDesk;
@@ -34,6 +35,9 @@ const MAX_ASKING: usize = 8;
 /// Logins and log-outs that take a thread while they wait for the disk. They have places of their own, so
 /// that requests for data go through while the disk hangs, and logins while a process hangs.
 const MAX_LOGINS: usize = 4;
+
+/// The name under which the executive is registered.
+const EXECUTIVE: &str = "executive";
 
 /// The state of a server.
 pub(crate) struct WebState {
@@ -76,7 +80,13 @@ impl WebState {
         let author = &options.author;
         Ok(Arc::new(Self {
             hub: DataHub::new(directory.clone()),
-            stop: StopDesk::open(&directory, author, commands.clone(), system_news.clone())?,
+            stop: StopDesk::open(
+                &directory,
+                LauncherQuestion::new(&options.registry),
+                author,
+                commands.clone(),
+                system_news.clone(),
+            )?,
             control: Arc::new(ControlDesk::new(system_news.clone())),
             orders: OrderDesk::open(&directory, "armor web", author)?,
             counters: Counters::default(),
@@ -97,6 +107,12 @@ impl WebState {
     /// Returns whether the mission is paused.
     pub(crate) fn is_paused(&self) -> bool {
         self.mission.look().marking.is_some_and(|marking| marking.pause.is_some())
+    }
+
+    /// Returns whether an executive is registered, as of the last picture.
+    pub(crate) fn has_executive(&self) -> bool {
+        let picture = self.watch.picture();
+        picture.processes.get(EXECUTIVE).is_some_and(|process| !process.condition.is_gone())
     }
 
     /// Returns the limits of driving by hand; null if the robot cannot be driven from here.

@@ -15,7 +15,7 @@ use armor_petri::{FiringClass, TransitionId};
 use armor_plan::Plan;
 use armor_robotfile::advise_similar;
 use armor_robotfile::mission::Autonomy;
-use armor_socket::Repeats;
+use armor_sdk::orders::Repeats;
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::Duration;

@@ -91,5 +91,12 @@ async fn serve_client(
 
 /// A reply that refuses.
 pub fn refusal(text: String) -> RunReply {
-    RunReply { accepted: false, text, absent: Vec::new(), hosts: Vec::new(), history: None }
+    RunReply {
+        accepted: false,
+        text,
+        absent: Vec::new(),
+        hosts: Vec::new(),
+        has_executive: None,
+        history: None,
+    }
 }

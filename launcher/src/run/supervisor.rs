@@ -156,6 +156,13 @@ impl Supervisor {
         owed.filter(|child| child.is_owed()).map(|child| child.duty.name.clone()).collect()
     }
 
+    /// Returns whether an executive runs or is going to be started.
+    pub fn has_executive(&self) -> bool {
+        let mut executives =
+            self.children.iter().filter(|child| child.duty.role == ChildRole::Executive);
+        executives.any(Child::is_owed)
+    }
+
     /// Returns the starts and ends of a component's processes.
     pub fn describe_history(&self, id: ChildId) -> ComponentHistory {
         let child = &self.children[id];

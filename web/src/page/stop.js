@@ -35,7 +35,8 @@ const Stop = (() => {
     opened.onmessage = (event) => {
       const answer = JSON.parse(event.data);
       if (answer.error) {
-        if (answer.id === waiting) show('STOP not delivered: press again', 'failed');
+        // Another press helps no more: the server has tried all means, or knows that there are none.
+        if (answer.id === waiting) show('STOP not delivered: use the switch on the robot', 'failed');
       } else if (answer.stopped && answer.id >= waiting) {
         waiting = null;
         show('STOPPED', 'done');
@@ -65,7 +66,8 @@ const Stop = (() => {
     send();
     const number = waiting;
     setTimeout(() => {
-      if (waiting === number) show('STOP not confirmed: the robot may be moving', 'failed');
+      const isUnanswered = waiting === number && button.dataset.state === 'sent';
+      if (isUnanswered) show('STOP not confirmed: the robot may be moving', 'failed');
     }, 1000);
   }
 

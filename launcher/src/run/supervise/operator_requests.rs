@@ -31,13 +31,14 @@ impl Launcher {
         let is_list = request == RunRequest::List;
         let absent = if is_list { supervisor.list_absent() } else { Vec::new() };
         let hosts = if is_list { self.plan.hosts.list() } else { Vec::new() };
+        let has_executive = is_list.then(|| supervisor.has_executive());
         let history = match &request {
             RunRequest::History { component } => {
                 self.find_process(component).map(|id| supervisor.describe_history(id))
             }
             _ => None,
         };
-        let answer = RunReply { accepted: true, text, absent, hosts, history };
+        let answer = RunReply { accepted: true, text, absent, hosts, has_executive, history };
         // A client that has left does not take back what it has asked for.
         let _ = reply.send(answer);
         event

@@ -347,6 +347,7 @@ fn the_executive_decides_how_the_mission_ended() {
         let mut bench = Bench::running(Restart::OnFailure);
         let exit = SupervisorEvent::Exited(EXECUTIVE, ChildExit::Code(code));
         assert_eq!(bench.on(exit), [Terminate(LASER), Terminate(SLAM)]);
+        assert!(!bench.supervisor.has_executive(), "code {code}");
         bench.on(SupervisorEvent::Exited(SLAM, ChildExit::Code(0)));
         assert_eq!(
             bench.on(SupervisorEvent::Exited(LASER, ChildExit::Code(0))),
@@ -369,8 +370,20 @@ fn an_executive_that_crashed_is_started_again() {
     for exit in [ChildExit::Signal(9), ChildExit::Code(101), ChildExit::Code(1)] {
         let mut bench = Bench::running(Restart::OnFailure);
         bench.on(SupervisorEvent::Exited(EXECUTIVE, exit));
+        assert!(bench.supervisor.has_executive(), "orders wait for the next one");
         assert_eq!(bench.pass(0.1, &[LASER, SLAM]), [Spawn(EXECUTIVE)], "{exit:?}");
     }
+}
+
+#[test]
+fn an_executive_is_expected_from_the_begin_of_a_run_with_a_mission() {
+    let mut bench = Bench::new(system(Restart::OnFailure));
+    assert!(bench.supervisor.has_executive());
+    bench.on(SupervisorEvent::Tick);
+    assert!(bench.supervisor.has_executive(), "the daemons start first");
+    let mut duties = system(Restart::OnFailure);
+    duties.truncate(EXECUTIVE);
+    assert!(!Bench::new(duties).supervisor.has_executive());
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! How many times something that changes nothing was repeated, and which of the repetitions are to be
+//! How many times an order that changes nothing was repeated, and which of the repetitions are to be
 //! written down.
 
 use std::collections::BTreeMap;
