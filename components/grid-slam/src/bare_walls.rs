@@ -18,11 +18,11 @@ const STRAIGHT_M: f64 = 0.03;
 /// The gaps between them change at most by this factor from one to the next.
 const EVEN: f64 = 2.5;
 /// A scan is bare if a smaller share of its points measures the direction that is measured least.
-const BARE_SHARE: f64 = 0.25;
+const BARE_SHARE: f64 = 0.2;
 /// In a bare scan points on walls with wider gaps are loose, metres. To the map they are single marks:
 /// it compares a point with what is within 0.15 m. With that as the limit the heading was worse in
-/// corridors.
-const WIDE_GAP_M: f64 = 0.5;
+/// corridors (docs/mapping.md).
+const WIDE_GAP_M: f64 = 0.3;
 /// The place of a loose point along its wall has a standard deviation of this many gaps.
 const SPREAD_GAPS: f64 = 10.0;
 
@@ -126,9 +126,9 @@ mod tests {
     fn in_an_aisle_far_points_measure_only_the_way_to_its_walls() {
         let points = find_points(&aisle(1.0, f64::INFINITY));
         for point in &points {
-            // Beams 1 degree apart: 5.3 m along the aisle the gap is half a metre.
-            let is_far = point.place.x_m.abs() > 6.0;
-            let is_near = point.place.x_m.abs() < 4.5;
+            // Beams 1 degree apart: 4 m along the aisle the gap is 0.3 m.
+            let is_far = point.place.x_m.abs() > 4.5;
+            let is_near = point.place.x_m.abs() < 3.5;
             assert!(!(is_far && point.measures_all()), "{point:?}");
             assert!(!is_near || point.measures_all(), "{point:?}");
             assert!(point.along_m.y.abs() < 1e-6, "{point:?}");
