@@ -29,17 +29,17 @@ const COMPARED: usize = 20;
 /// it is missed is in docs/mapping.md.
 const BOUND_M: f64 = 0.5;
 
-fn config() -> Config {
+pub fn config() -> Config {
     let mount = LaserModel::default().mount;
     let robot_from_laser = MapperPose::new(mount.x_m, mount.y_m, mount.yaw_rad);
     Config { robot_from_laser, ..Config::default() }
 }
 
-fn error_m(pose: &MapperPose, truth: &Pose2) -> f64 {
+pub fn error_m(pose: &MapperPose, truth: &Pose2) -> f64 {
     (pose.x_m - truth.x_m).hypot(pose.y_m - truth.y_m)
 }
 
-fn greatest(errors_m: &[f64]) -> f64 {
+pub fn greatest(errors_m: &[f64]) -> f64 {
     errors_m.iter().copied().fold(0.0, f64::max)
 }
 

@@ -4,6 +4,7 @@
 
 mod delivery;
 mod kills;
+mod replays;
 mod table;
 mod trial;
 
