@@ -4,6 +4,7 @@
 mod cuts;
 mod diary;
 pub mod dice;
+mod echoes;
 mod interrupt;
 mod kills;
 mod log_times;

@@ -1,19 +1,17 @@
 //! Kills of the mapper in simulated missions: how soon it gives a pose again, how true that pose is,
 //! and whether anything is driven in a frame of before. On one host, without namespaces.
 
-use std::io::{BufRead, BufReader};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdout, Command, Stdio};
-use std::sync::Arc;
+use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
-use parking_lot::Mutex;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
 use super::dice::FaultDice;
+use super::echoes::{EchoFollower, SeenFrame, SeenMarking};
 use super::interrupt::{rest, wait_until};
 use super::options::ReliabilityOptions;
 use super::report::{FaultReport, TimeGoal};
@@ -28,6 +26,10 @@ const COMPARED: usize = 20;
 /// The goals of a mapper that was killed.
 const BACK_GOAL_S: f64 = 3.0;
 const ERROR_GOAL_M: f64 = 0.1;
+/// Rows of kills after which no pose came: those that a mapper should have survived, and those after
+/// which the mission did not last long enough to show it.
+const MISSED: &str = "kills after which no pose came back";
+const OVER_BEFORE: &str = "kills with the mission over within 3 s, before a pose came back";
 
 /// Kills, and measures.
 ///
@@ -67,19 +69,13 @@ pub fn run_mapper_kills(program: &Path, options: &ReliabilityOptions) -> Result<
 /// Adds what a run shows; returns whether each pose came back, and near the truth.
 fn judge_run(report: &mut FaultReport, world: &str, kills: &[Instant], seen: &SeenRun) -> bool {
     let mut is_good = true;
-    let SeenRun { poses, truth, paths, ended } = seen;
+    let SeenRun { poses, truth, paths, markings } = seen;
+    let home_at = markings.iter().find(|marking| marking.is_home).map(|marking| marking.at);
     for killed in kills {
         let later: Vec<_> = poses.iter().filter(|pose| pose.at > *killed).collect();
         let earlier: Vec<_> = poses.iter().filter(|pose| pose.at <= *killed).collect();
         let Some(first) = later.first() else {
-            // Home before the mapper could be back: nothing to measure.
-            if ended.duration_since(*killed).as_secs_f64() > BACK_GOAL_S {
-                report.add_count("kills after which no pose came back", 1, Some(0));
-                let began = poses.first().map_or(*killed, |pose| pose.at);
-                let killed_s = killed.duration_since(began).as_secs_f64();
-                eprintln!("{world}: no pose after the kill at {killed_s:.2} s of poses");
-                is_good = false;
-            }
+            is_good &= judge_kill_without_pose(report, world, *killed, home_at);
             continue;
         };
         report.add_count("kills", 1, None);
@@ -110,6 +106,36 @@ fn judge_run(report: &mut FaultReport, world: &str, kills: &[Instant], seen: &Se
     is_good && outdated == 0
 }
 
+/// Adds a kill after which no pose came. Returns whether the mission was over before a pose had to come
+/// back. A mission that has ended elsewhere than at its goal may have failed because of the kill.
+fn judge_kill_without_pose(
+    report: &mut FaultReport,
+    world: &str,
+    killed: Instant,
+    home_at: Option<Instant>,
+) -> bool {
+    let left_s = home_at.map(|home_at| home_at.saturating_duration_since(killed).as_secs_f64());
+    match left_s {
+        Some(left_s) if left_s <= BACK_GOAL_S => {
+            report.add_count(OVER_BEFORE, 1, None);
+            eprintln!("{world}: no pose after a kill {left_s:.2} s before the mission was over");
+            true
+        }
+        Some(left_s) => {
+            report.add_count(MISSED, 1, Some(0));
+            eprintln!(
+                "{world}: no pose after a kill, though the mission lasted {left_s:.2} s more"
+            );
+            false
+        }
+        None => {
+            report.add_count(MISSED, 1, Some(0));
+            eprintln!("{world}: no pose after a kill, and the mission did not reach its goal");
+            false
+        }
+    }
+}
+
 /// The greatest distance of poses from the truth at their stamps.
 fn find_greatest_error<'a>(poses: impl Iterator<Item = &'a SeenFrame>, truth: &[SeenFrame]) -> f64 {
     let errors = poses.filter_map(|pose| {
@@ -127,37 +153,12 @@ fn interpolate_place(truth: &[SeenFrame], stamp_s: f64) -> Option<(f64, f64)> {
     Some((before.x + share * (after.x - before.x), before.y + share * (after.y - before.y)))
 }
 
-/// A message with a frame, and a place if it is a pose.
-#[derive(Clone, Debug)]
-struct SeenFrame {
-    at: Instant,
-    stamp_s: f64,
-    frame: String,
-    x: f64,
-    y: f64,
-}
-
-impl SeenFrame {
-    fn read(line: &str) -> Option<Self> {
-        let message: Value = serde_json::from_str(line).ok()?;
-        let value = &message["value"];
-        let position = &value["pose"]["pose"]["position"];
-        Some(Self {
-            at: Instant::now(),
-            stamp_s: value["stamp"].as_f64()?,
-            frame: value["frame"].as_str()?.to_owned(),
-            x: position["x"].as_f64().unwrap_or(f64::NAN),
-            y: position["y"].as_f64().unwrap_or(f64::NAN),
-        })
-    }
-}
-
 /// What was published in a run.
 struct SeenRun {
     poses: Vec<SeenFrame>,
     truth: Vec<SeenFrame>,
     paths: Vec<SeenFrame>,
-    ended: Instant,
+    markings: Vec<SeenMarking>,
 }
 
 /// A run of the mission that explores a world. Dropping it ends everything.
@@ -165,9 +166,10 @@ struct ExploringMission {
     program: PathBuf,
     registry: String,
     run: Child,
-    poses: Follower,
-    truth: Follower,
-    paths: Follower,
+    poses: EchoFollower<SeenFrame>,
+    truth: EchoFollower<SeenFrame>,
+    paths: EchoFollower<SeenFrame>,
+    markings: EchoFollower<SeenMarking>,
 }
 
 impl ExploringMission {
@@ -188,13 +190,19 @@ impl ExploringMission {
             .stderr(Stdio::null())
             .spawn()
             .context("starting the mission")?;
+        // Until the components are registered, there is nothing to follow.
         let follow = |data| {
-            // Until the components are registered, there is nothing to follow.
-            wait_until(PATIENCE, data, || Follower::start(program, &registry, data))
+            wait_until(PATIENCE, data, || {
+                EchoFollower::start(program, &registry, data, SeenFrame::read)
+            })
         };
         let (poses, truth) = (follow("mapper.pose")?, follow("simulator.truth")?);
         let paths = follow("planner.path")?;
-        Ok(Self { program: program.to_owned(), registry, run, poses, truth, paths })
+        let data = "executive.marking";
+        let markings = wait_until(PATIENCE, data, || {
+            EchoFollower::start(program, &registry, data, SeenMarking::read)
+        })?;
+        Ok(Self { program: program.to_owned(), registry, run, poses, truth, paths, markings })
     }
 
     /// Kills the mapper again and again, `most` times at most, until the mission ends.
@@ -217,7 +225,9 @@ impl ExploringMission {
         }
         let _ = wait_until(PATIENCE, "a pose", || {
             let last = kills.last().copied();
-            let is_back = self.poses.count_since(last) >= COMPARED || self.poses.has_ended();
+            let poses = self.poses.list();
+            let later = poses.iter().filter(|pose| last.is_none_or(|last| pose.at > last));
+            let is_back = later.count() >= COMPARED || self.poses.has_ended();
             Ok(is_back.then_some(()))
         });
         Ok(kills)
@@ -236,10 +246,10 @@ impl ExploringMission {
 
     fn end(self) -> SeenRun {
         SeenRun {
-            poses: self.poses.seen.lock().clone(),
-            truth: self.truth.seen.lock().clone(),
-            paths: self.paths.seen.lock().clone(),
-            ended: Instant::now(),
+            poses: self.poses.list(),
+            truth: self.truth.list(),
+            paths: self.paths.list(),
+            markings: self.markings.list(),
         }
     }
 }
@@ -252,62 +262,6 @@ impl Drop for ExploringMission {
             let _ = kill_process(pid, Signal::TERM);
         }
         let _ = self.run.wait();
-    }
-}
-
-/// `armor echo` of one output, read by a thread.
-struct Follower {
-    echo: Child,
-    seen: Arc<Mutex<Vec<SeenFrame>>>,
-    reading: std::thread::JoinHandle<()>,
-}
-
-impl Follower {
-    /// Starts to follow; nothing if there is no such data yet.
-    fn start(program: &Path, registry: &str, data: &str) -> Result<Option<Self>> {
-        let mut echo = Command::new(program)
-            .args(["echo", data, "--format", "json", "--registry", registry])
-            .stdin(Stdio::null())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()?;
-        let mut lines = BufReader::new(echo.stdout.take().context("a pipe")?);
-        let mut first = String::new();
-        lines.read_line(&mut first)?;
-        let Some(first) = SeenFrame::read(&first) else {
-            let _ = echo.kill();
-            echo.wait()?;
-            return Ok(None);
-        };
-        let seen = Arc::new(Mutex::new(vec![first]));
-        let list = Arc::clone(&seen);
-        let reading = std::thread::spawn(move || read_on(lines, &list));
-        Ok(Some(Self { echo, seen, reading }))
-    }
-
-    /// Whether the system has ended, and `armor echo` with it.
-    fn has_ended(&self) -> bool {
-        self.reading.is_finished()
-    }
-
-    fn count_since(&self, since: Option<Instant>) -> usize {
-        let seen = self.seen.lock();
-        seen.iter().rev().take_while(|one| since.is_none_or(|since| one.at > since)).count()
-    }
-}
-
-impl Drop for Follower {
-    fn drop(&mut self) {
-        let _ = self.echo.kill();
-        let _ = self.echo.wait();
-    }
-}
-
-fn read_on(lines: BufReader<ChildStdout>, seen: &Mutex<Vec<SeenFrame>>) {
-    for line in lines.lines().map_while(Result::ok) {
-        if let Some(one) = SeenFrame::read(&line) {
-            seen.lock().push(one);
-        }
     }
 }
 
@@ -330,5 +284,50 @@ mod tests {
         let poses = [read(1.5, 15.25), read(1.2, 12.0), read(9.0, 99.0)];
         assert_eq!(find_greatest_error(poses.iter(), &truth), 0.25);
         assert!(SeenFrame::read("{}").is_none() && SeenFrame::read("no JSON").is_none());
+    }
+
+    /// A run with poses every 0.1 s until 10 s, and the mission home at `home_s`. The processes end
+    /// later.
+    fn draw_run(begin: Instant, home_s: Option<f64>) -> SeenRun {
+        let at = |seconds: f64| begin + Duration::from_secs_f64(seconds);
+        let frame = |tenths: u32| {
+            let stamp_s = f64::from(tenths) / 10.0;
+            SeenFrame { at: at(stamp_s), stamp_s, frame: "map".into(), x: stamp_s, y: 0.0 }
+        };
+        let home = home_s.map(|home_s| SeenMarking { at: at(home_s), is_home: true });
+        let under_way = SeenMarking { at: begin, is_home: false };
+        SeenRun {
+            poses: (0..=100).map(frame).collect(),
+            truth: (0..=400).map(frame).collect(),
+            paths: Vec::new(),
+            markings: [under_way].into_iter().chain(home).collect(),
+        }
+    }
+
+    #[test]
+    fn a_kill_without_a_pose_is_a_miss_only_if_the_mission_lasted_long_enough() {
+        let begin = Instant::now();
+        let judge = |home_s, killed_s: f64| {
+            let mut report = FaultReport::default();
+            let kills = [begin + Duration::from_secs_f64(killed_s)];
+            let is_good = judge_run(&mut report, "rooms", &kills, &draw_run(begin, home_s));
+            assert_eq!(is_good, report.meets_goals());
+            (is_good, report.to_markdown())
+        };
+        let row = |name: &str| format!("| {name} | 1 |");
+        for home_s in [10.07, 10.02, 12.9] {
+            let (is_good, text) = judge(Some(home_s), 10.02);
+            assert!(is_good && text.contains(&row(OVER_BEFORE)), "home at {home_s} s: {text}");
+            assert!(!text.contains(&row("kills")) && !text.contains(MISSED), "{text}");
+        }
+        // The mission went on without a pose, or did not reach its goal.
+        for home_s in [Some(13.2), Some(40.0), None] {
+            let (is_good, text) = judge(home_s, 10.02);
+            assert!(!is_good && text.contains(&row(MISSED)), "home at {home_s:?} s: {text}");
+            assert!(!text.contains(OVER_BEFORE), "{text}");
+        }
+        let (is_good, text) = judge(Some(10.07), 9.95);
+        assert!(is_good && text.contains(&row("kills")), "{text}");
+        assert!(!text.contains(OVER_BEFORE) && !text.contains(MISSED), "{text}");
     }
 }
