@@ -161,7 +161,7 @@ fn a_command_that_waits_ends_when_its_reader_has_seen_enough() {
         .probe("worker", "rate='50Hz'", "")
         .probe("sleeper", "rate='50Hz'", "")
         .mission(WORK);
-    let system = draft.run(Folder::new("closed-pipe"));
+    let system = draft.run(Folder::new("watched-pipe"));
     started(&system, "worker", 1);
     // Nothing happens in this system any more: only the closed pipe can end these.
     for arguments in [

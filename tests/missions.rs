@@ -223,7 +223,7 @@ fn a_log_gives_the_same_trajectory_to_the_byte_each_time() {
         return;
     };
     // Of all the logs, this one has the most timestamps that go backwards.
-    let folder = Folder::new("twice");
+    let folder = Folder::new("played-twice");
     let [one, other] = mapped_twice(&folder, &data.join("laser/intel.log.gz"));
     assert!(one.len() > 910 * 20, "{} bytes", one.len());
     assert!(one == other, "two runs differ");

@@ -15,6 +15,7 @@ use armor_socket::{ComponentListeners, Stream};
 use armor_wire::frame::{self, FrameKind};
 use armor_wire::liveness::{BEAT, LOOK};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 
 use crate::background_thread::spawn_background;
 use crate::participant::Participant;
@@ -27,6 +28,10 @@ const GATHER_PERIOD: Duration = Duration::from_millis(1);
 
 /// After accepting has failed, as without free file descriptors, it is not tried for this long.
 const ACCEPT_PAUSE: Duration = Duration::from_secs(1);
+
+/// While connections cannot be waited for, they are served this often. An order may be late by as
+/// much; without a pause the thread would take a whole core.
+const POLL_PAUSE: Duration = Duration::from_millis(10);
 
 /// Starts the thread.
 pub(crate) fn start_thread(
@@ -44,6 +49,7 @@ pub(crate) fn start_thread(
         last_beat: Instant::now(),
         last_look: Instant::now(),
         accept_after: None,
+        is_poll_failing: false,
     };
     spawn_background("service", move || service.serve_until_left())
 }
@@ -61,6 +67,9 @@ struct ServiceThread {
     /// Set after accepting has failed, as it does without free file descriptors, until a connection is
     /// accepted.
     accept_after: Option<Instant>,
+    /// Whether the last poll(2) failed, as it does if the limit of file descriptors was lowered below
+    /// the number of connections.
+    is_poll_failing: bool,
 }
 
 impl ServiceThread {
@@ -86,8 +95,8 @@ impl ServiceThread {
         self.last_look.elapsed() >= LOOK || self.last_beat.elapsed() >= BEAT
     }
 
-    /// Waits until there is something to do. Returns whether it concerns an output's link.
-    fn wait_for_work(&self) -> bool {
+    /// Waits until there is something to do. Returns whether it may concern an output's link.
+    fn wait_for_work(&mut self) -> bool {
         let mut links = Vec::new();
         for output in self.participant.ports.served_outputs() {
             output.list_streams(&mut links);
@@ -98,7 +107,8 @@ impl ServiceThread {
             self.participant.wakers.service_fd().as_fd(),
             PollFlags::IN,
         ));
-        if self.accept_after.is_none_or(|after| Instant::now() >= after) {
+        let is_accepting = self.accept_after.is_none_or(|after| Instant::now() >= after);
+        if is_accepting {
             fds.extend(self.listeners.sockets().map(|socket| PollFd::new(socket, PollFlags::IN)));
         }
         fds.extend(self.datagrams.poll_fd());
@@ -112,12 +122,39 @@ impl ServiceThread {
         if let Some(due) = self.datagrams_due {
             timeout = timeout.min(due.saturating_duration_since(Instant::now()));
         }
-        let timeout = Timespec {
+        let limit = Timespec {
             tv_sec: timeout.as_secs() as i64,
             tv_nsec: i64::from(timeout.subsec_nanos().max(1)),
         };
-        let _ = poll(&mut fds, Some(&timeout));
-        fds[..count].iter().any(|fd| !fd.revents().is_empty())
+        let polled = poll(&mut fds, Some(&limit));
+        let is_link = fds[..count].iter().any(|fd| !fd.revents().is_empty());
+        let descriptors = fds.len();
+        drop(fds);
+        match polled {
+            Ok(_) | Err(Errno::INTR) => {
+                // Without the listeners, fewer descriptors may be just within the limit.
+                if is_accepting && std::mem::take(&mut self.is_poll_failing) {
+                    tracing::info!("connections are waited for again");
+                }
+                is_link
+            }
+            Err(error) => {
+                self.note_poll_failure(error, descriptors);
+                std::thread::sleep(timeout.min(POLL_PAUSE));
+                true
+            }
+        }
+    }
+
+    fn note_poll_failure(&mut self, error: Errno, descriptors: usize) {
+        if !std::mem::replace(&mut self.is_poll_failing, true) {
+            tracing::error!(
+                "cannot wait for {descriptors} file descriptors: {error}; until that works, \
+                 connections are served every {} ms. If the limit of this process is lower, raise \
+                 it: prlimit --nofile",
+                POLL_PAUSE.as_millis()
+            );
+        }
     }
 
     fn accept_connections(&mut self) {

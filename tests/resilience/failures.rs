@@ -3,8 +3,10 @@
 
 use std::net::{SocketAddr, TcpStream};
 use std::process::Command;
+use std::time::Duration;
 
 use armor_registry::{BackgroundRegistry, RegistryOptions};
+use armor_sdk::control::{ControlConnection, Role};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 use super::system::{Draft, System, probe};
@@ -134,7 +136,7 @@ fn without_configd_a_component_reports_it_and_ends() {
 #[test]
 fn a_component_without_free_descriptors_logs_that_once_and_its_recovery() {
     let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
-    let system = draft.link("source", "sink.a", "all").run(Folder::new("descriptors"));
+    let system = draft.link("source", "sink.a", "all").run(Folder::new("no-descriptors"));
     system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
     let source = system.entry("source");
     let pid = Pid::from_raw(system.pid("source"));
@@ -150,4 +152,26 @@ fn a_component_without_free_descriptors_logs_that_once_and_its_recovery() {
     let log = system.run.log();
     assert_eq!(log.matches("cannot accept a connection: ").count(), 1, "{log}");
     drop(waiting);
+}
+
+#[test]
+fn a_component_with_more_connections_than_its_limit_serves_them_and_logs_that_once() {
+    let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
+    let system = draft.link("source", "sink.a", "all").run(Folder::new("fewer-descriptors"));
+    system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
+    let source = system.entry("source");
+    let observer = ControlConnection::connect(&source, Role::Observer, "test", |_| {});
+    let observer = observer.expect("it accepts connections");
+    let pid = Pid::from_raw(system.pid("source"));
+    // poll(2) fails for more descriptors than that.
+    let fewer = Rlimit { current: Some(1), ..getrlimit(Resource::Nofile) };
+    let before = prlimit(pid, Resource::Nofile, fewer).expect("it is ours");
+    system.run.wait_for_log("cannot wait for ", 1);
+    let arrived = system.trace("sink").got("a").len();
+    system.traced("sink", "more data", |trace| (trace.got("a").len() > arrived + 20).then_some(()));
+    wait_for("an answer", || observer.status(Duration::from_secs(2)).ok());
+    prlimit(pid, Resource::Nofile, before).expect("it is ours");
+    system.run.wait_for_log("connections are waited for again", 1);
+    let log = system.run.log();
+    assert_eq!(log.matches("cannot wait for ").count(), 1, "{log}");
 }

@@ -44,7 +44,7 @@ fn table_tennis() -> System {
         .link("pong", "sink.d", "20")
         .link("source", "ping.a", "latest")
         .mission(MISSION);
-    draft.run(Folder::new("rounds"))
+    draft.run(Folder::new("kill-rounds"))
 }
 
 /// Whether every component has worked since `since`, and every link of the sink connects current
