@@ -209,6 +209,20 @@ fn a_server_that_cannot_accept_connections_logs_that_and_its_recovery() {
 }
 
 #[test]
+fn the_server_of_the_command_line_logs_its_warnings() {
+    let system = Draft::default().probe("north", "rate='50Hz'", "").run(Folder::new("web-log"));
+    let registry = system.registry.to_string();
+    let mut command = system.folder.armor(&["web", "--listen", "127.0.0.1:0"]);
+    command.args(["--format", "json", "--registry", &registry]);
+    let log = system.folder.path().join("web.log");
+    let server = Dialogue::start_with_log(&mut command, &log);
+    server.read_line();
+    system.kill("registry");
+    let warning = format!("WARN lost the registry at {registry}: ");
+    wait_for("a warning", || std::fs::read_to_string(&log).ok()?.contains(&warning).then_some(()));
+}
+
+#[test]
 fn an_address_beyond_loopback_is_refused_on_the_command_line() {
     let folder = Folder::new("web-listen");
     let mut command = folder.armor(&["web", "--listen", "0.0.0.0:8080", "--keys", "no-keys"]);

@@ -44,6 +44,7 @@ pub struct WebArguments {
 
 impl Verb for WebArguments {
     fn run_verb(self, format: OutputFormat) -> Result<ExitCode> {
+        armor_sdk::log::init();
         let registry = system::find_registry(&self.running)?.to_string();
         let author = self.author.clone().unwrap_or_else(this_user);
         let keys = self.directory.path().ok();
