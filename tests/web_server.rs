@@ -206,6 +206,13 @@ fn a_server_that_cannot_accept_connections_logs_that_and_its_recovery() {
     prlimit(pid, Resource::Nofile, before).expect("it is ours");
     system.run.wait_for_log("connections are accepted again", 1);
     assert_eq!(ask(waiting), Some(()), "the one that has waited");
+    // A second time, which is logged 10 s after the first at the earliest.
+    prlimit(pid, Resource::Nofile, Rlimit { current: Some(0), ..before }).expect("ours");
+    let waiting = wait_for("a place in the queue of the port", connect);
+    system.run.wait_for_log("no connection can be accepted: ", 2);
+    prlimit(pid, Resource::Nofile, before).expect("it is ours");
+    system.run.wait_for_log("connections are accepted again", 2);
+    assert_eq!(ask(waiting), Some(()), "the one that has waited");
 }
 
 #[test]

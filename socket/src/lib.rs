@@ -26,7 +26,7 @@ pub use connect::{connect, connect_component};
 #[cfg(feature = "daemon")]
 pub use daemon::{Registration, RegistrationStatus, Server, ServerLimits};
 pub use datagram::{DatagramSocket, enlarge_datagram_buffers};
-pub use faults::{FaultTable, is_temporary};
+pub use faults::{AcceptLog, FaultTable, is_temporary};
 pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};

@@ -10,9 +10,9 @@ use std::net::{IpAddr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use armor_socket::{FaultTable, explain_bind_error, has_proxy, own_connection};
+use armor_socket::{AcceptLog, FaultTable, explain_bind_error, has_proxy, own_connection};
 use axum::Router;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -257,20 +257,19 @@ async fn accept_connections(
     };
     let router = make_stop_router(Arc::clone(&web));
     let faults = FaultTable::default();
-    let mut is_failing = false;
+    let mut accepting = AcceptLog::default();
     let mut open: VecDeque<OpenStop> = VecDeque::new();
     loop {
         let (stream, address) = match listener.accept().await {
             Ok(accepted) => {
-                if std::mem::take(&mut is_failing) {
+                if accepting.note_success() {
                     tracing::info!("connections are accepted again");
                 }
                 accepted
             }
             Err(error) => {
-                if faults.is_new(None, error.to_string()) {
+                if accepting.note_failure(Instant::now()) {
                     tracing::warn!("no connection can be accepted: {error}");
-                    is_failing = true;
                 }
                 // Without free file descriptors the next attempt fails immediately.
                 sleep(Duration::from_millis(100)).await;

@@ -5,9 +5,9 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use armor_socket::{FaultTable, explain_bind_error, own_connection};
+use armor_socket::{AcceptLog, FaultTable, explain_bind_error, own_connection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Builder;
@@ -123,12 +123,18 @@ async fn accept_viewers(
         Err(error) => return tracing::error!("the server does not listen: {error}"),
     };
     let faults = Arc::new(FaultTable::default());
+    let mut accepting = AcceptLog::default();
     let mut clients = JoinSet::new();
     loop {
         let (stream, address) = match listener.accept().await {
-            Ok(accepted) => accepted,
+            Ok(accepted) => {
+                if accepting.note_success() {
+                    tracing::info!("viewers are accepted again");
+                }
+                accepted
+            }
             Err(error) => {
-                if faults.is_new(None, error.to_string()) {
+                if accepting.note_failure(Instant::now()) {
                     tracing::warn!("no viewer can be accepted: {error}");
                 }
                 // Without free file descriptors the next attempt fails immediately.
