@@ -132,8 +132,11 @@ fn stop_in_a_system_without_a_mission_is_refused_with_the_reason() {
     wait_for("a refusal that knows the reason", || {
         let (status, answer) = scene.json("POST", "/api/stop", &Value::Null);
         let what = answer["error"]["what"].as_str().unwrap_or_default();
-        assert!(status == 502 && what.starts_with("STOP is not delivered"), "{status} {answer}");
-        what.contains("no mission runs that could be paused").then_some(())
+        assert!(what.starts_with("STOP is not delivered"), "{status} {answer}");
+        let is_known = what.contains("no mission runs that could be paused");
+        // The page sends one without an answer again, and one that was refused not.
+        assert_eq!(status, if is_known { 502 } else { 504 }, "{answer}");
+        is_known.then_some(())
     });
     let (_, stop) = scene.json("GET", "/api/stop", &Value::Null);
     assert_eq!(stop["ordered"], Value::Null, "{stop}");

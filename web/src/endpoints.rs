@@ -129,7 +129,7 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
         "Whether STOP is in force.",
         JSON, get(stop_routes::show_stop), stop: true),
     endpoint!("POST" "/api/stop", "stop",
-        "STOP. Any client may order it; 502 if it was not delivered.",
+        "STOP. Any client may order it; 502 if it was refused, 504 if its delivery is not known.",
         JSON, post(stop_routes::stop), stop: true),
     endpoint!("POST" "/api/stop/release", "release",
         "Releases STOP. Only the client in control may, with the token of its WebSocket.",

@@ -34,6 +34,11 @@ impl WebFailure {
         Self::new(StatusCode::BAD_REQUEST, what, place, remedy)
     }
 
+    /// Returns what was wrong.
+    pub(crate) fn what(&self) -> &str {
+        &self.what
+    }
+
     /// Returns the failure as JSON.
     pub(crate) fn to_json(&self) -> Value {
         let Self { status, what, place, remedy } = self;

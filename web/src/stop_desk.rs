@@ -6,6 +6,7 @@ use std::time::SystemTime;
 
 use armor_sdk::control::Order;
 use armor_sdk::directory::Directory;
+use armor_sdk::operator::OrderVerdict;
 use armor_sdk::orders::Repeats;
 use axum::http::StatusCode;
 use parking_lot::Mutex;
@@ -134,17 +135,19 @@ impl StopDesk {
                  what drives the robot",
             ));
         }
-        let (is_paused, text) = match self.orders.send(author, false, Order::Pause).await {
+        let (status, text) = match self.orders.send(author, false, Order::Pause).await {
             // Also accepted if the mission is paused already.
-            Ok(verdict) => (verdict.accepted, verdict.text),
-            Err(failure) => (false, failure.to_json()["error"]["what"].to_string()),
+            Ok(OrderVerdict { accepted: true, text, .. }) => {
+                self.record(StopMeans::Paused, true);
+                let means = StopMeans::Paused.word();
+                return Ok(json!({"stopped": true, "means": means, "text": text, "note": why_not}));
+            }
+            Ok(verdict) => (StatusCode::BAD_GATEWAY, verdict.text),
+            // It may have been carried out, so a client that keeps an order sends it again.
+            Err(failure) => (StatusCode::GATEWAY_TIMEOUT, failure.what().to_owned()),
         };
-        if is_paused {
-            self.record(StopMeans::Paused, true);
-            return Ok(json!({"stopped": true, "means": "paused", "text": text, "note": why_not}));
-        }
         Err(WebFailure::new(
-            StatusCode::BAD_GATEWAY,
+            status,
             format!("STOP is not delivered: {why_not}; the mission is not paused: {text}"),
             "the robot",
             "it may be moving: use the switch on the robot",

@@ -10,6 +10,7 @@ const Stop = (() => {
   const listeners = [];
   let socket = null;
   let sent = 0;
+  // The last STOP, until the server has confirmed or refused it.
   let waiting = null;
 
   function show(text, state) {
@@ -27,41 +28,56 @@ const Stop = (() => {
     socket = opened;
     let beat = null;
     opened.onopen = () => {
-      if (button.dataset.state !== 'sent') show('STOP', 'ready');
       beat = setInterval(() => opened.send('{}'), 5000);
-      // A STOP that was not confirmed is ordered again.
-      if (waiting) send();
+      // A STOP without an answer is ordered again. One that was refused is not: the person has been
+      // sent to the switch, and the robot must not stop by itself minutes later.
+      if (waiting) order();
+      else show('STOP', 'ready');
     };
     opened.onmessage = (event) => {
       const answer = JSON.parse(event.data);
       if (answer.error) {
-        // Another press helps no more: the server has tried all means, or knows that there are none.
-        if (answer.id === waiting) show('STOP not delivered: use the switch on the robot', 'failed');
-      } else if (answer.stopped && answer.id >= waiting) {
-        waiting = null;
-        show('STOPPED', 'done');
-        setTimeout(() => { if (!waiting) show('STOP', 'ready'); }, 3000);
-      }
+        if (answer.id === waiting) refuse(answer.error.status);
+      } else if (answer.stopped && answer.id >= waiting) confirm();
     };
     opened.onclose = () => {
       clearInterval(beat);
       if (waiting) show('STOP not delivered: the robot may be moving', 'failed');
-      else show('STOP (not connected)', 'lost');
+      // A refusal stays in sight.
+      else if (button.dataset.state !== 'failed') show('STOP (not connected)', 'lost');
       setTimeout(connect, 1000);
     };
   }
 
+  function confirm() {
+    waiting = null;
+    show('STOPPED', 'done');
+    setTimeout(() => { if (button.dataset.state === 'done') show('STOP', 'ready'); }, 3000);
+  }
+
+  function refuse(status) {
+    // Another press helps no more: the server has tried all means, or knows that there are none.
+    show('STOP not delivered: use the switch on the robot', 'failed');
+    // With any other status (504) the order may still be on its way.
+    if (status === 502) waiting = null;
+  }
+
   function send() {
-    const order = JSON.stringify({stop: true, id: waiting});
-    if (socket && socket.readyState === WebSocket.OPEN) socket.send(order);
-    else fetch('/api/stop', {method: 'POST'})
-      .then((response) => { if (response.ok) { waiting = null; show('STOPPED', 'done'); } })
+    const number = waiting;
+    if (socket && socket.readyState === WebSocket.OPEN) {
+      socket.send(JSON.stringify({stop: true, id: number}));
+      return;
+    }
+    fetch('/api/stop', {method: 'POST'})
+      .then((response) => {
+        if (waiting !== number) return;
+        if (response.ok) confirm();
+        else if (response.status === 502) refuse(response.status);
+      })
       .catch(() => {});
   }
 
-  function press() {
-    sent += 1;
-    waiting = sent;
+  function order() {
     show('STOP sent', 'sent');
     send();
     const number = waiting;
@@ -69,6 +85,12 @@ const Stop = (() => {
       const isUnanswered = waiting === number && button.dataset.state === 'sent';
       if (isUnanswered) show('STOP not confirmed: the robot may be moving', 'failed');
     }, 1000);
+  }
+
+  function press() {
+    sent += 1;
+    waiting = sent;
+    order();
   }
 
   button.addEventListener('pointerdown', press);

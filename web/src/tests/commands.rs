@@ -117,7 +117,7 @@ fn a_stop_that_reaches_nothing_is_an_error_that_says_so() {
     scene.server = WebServer::start(&options, Some(Arc::new(DeafRobot))).unwrap();
     let (status, answer) = scene.send_json("POST", "/api/stop", "");
     let what = answer["error"]["what"].as_str().unwrap_or_default();
-    assert!(status == 502 && what.starts_with("STOP is not delivered"), "{status} {answer}");
+    assert!(status == 504 && what.starts_with("STOP is not delivered"), "{status} {answer}");
     // Without a launcher it is not known that no executive will come.
     assert!(what.contains("the mission is not paused"), "{answer}");
 }
