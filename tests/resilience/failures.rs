@@ -155,7 +155,7 @@ fn a_component_without_free_descriptors_logs_that_once_and_its_recovery() {
 }
 
 #[test]
-fn a_component_with_more_connections_than_its_limit_serves_them_and_logs_that_once() {
+fn a_component_with_fewer_descriptors_than_connections_serves_them_and_logs_that_once() {
     let draft = Draft::default().probe("source", "rate='100Hz'", "").probe("sink", "", "");
     let system = draft.link("source", "sink.a", "all").run(Folder::new("fewer-descriptors"));
     system.traced("sink", "data", |trace| (trace.got("a").len() > 5).then_some(()));
