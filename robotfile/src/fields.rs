@@ -2,21 +2,23 @@
 //! unknown. A malformed name or value is reported once and then still used where that is harmless,
 //! so that one mistake does not cause ten findings.
 
+mod unknown_attributes;
+
 use std::sync::Arc;
 use std::time::Duration;
 
 use armor_wire::name::is_name;
-use armor_wire::quantity::{self, Dimension, QuantityError};
+use armor_wire::quantity::Dimension;
 
 use crate::code::Code;
 use crate::elements;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
-use crate::guard::dimension_noun;
 use crate::model::Port;
 use crate::source::{Location, Source, Spanned};
 use crate::suggestion::{list_choices, suggest_choice, suggest_similar};
 use crate::tree::{Attribute, Element, Node};
+use crate::wanted_quantity::{read_duration, read_number, read_number_in, read_rate_hz};
 
 /// The attributes of one element, being read.
 pub(crate) struct ElementFields<'a, 'f> {
@@ -156,12 +158,12 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     /// A duration such as `0.2s`.
     pub(crate) fn duration(&mut self, name: &'static str) -> Option<Spanned<Duration>> {
-        self.converted(name, duration)
+        self.converted(name, read_duration)
     }
 
     /// A duration above zero.
     pub(crate) fn longer_than_nothing(&mut self, name: &'static str) -> Option<Spanned<Duration>> {
-        self.converted(name, |text| match duration(text)? {
+        self.converted(name, |text| match read_duration(text)? {
             Duration::ZERO => Err("a duration above zero is expected".into()),
             longer => Ok(longer),
         })
@@ -169,16 +171,12 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     /// A rate such as `10Hz`, in hertz.
     pub(crate) fn rate_hz(&mut self, name: &'static str) -> Option<Spanned<f64>> {
-        self.converted(name, |text| {
-            quantity::hertz(text).map_err(|error| expected(text, error, &RATE))
-        })
+        self.converted(name, read_rate_hz)
     }
 
     /// A number with or without a unit, in SI.
     pub(crate) fn quantity(&mut self, name: &'static str) -> Option<Spanned<f64>> {
-        self.converted(name, |text| {
-            quantity::parse(text).map(|q| q.si).map_err(|e| number_expected(text, &e))
-        })
+        self.converted(name, read_number)
     }
 
     /// A number with a unit of this quantity, a length or an angle, in SI.
@@ -187,18 +185,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
         name: &'static str,
         dimension: Dimension,
     ) -> Option<Spanned<f64>> {
-        let wanted = if dimension == Dimension::Angle { &ANGLE } else { &LENGTH };
-        self.converted(name, |text| {
-            let parsed = quantity::parse_in(text, wanted.dimension, wanted.wanted);
-            let number = parsed.map_err(|error| expected(text, error, wanted))?;
-            let turns = number.abs() / std::f64::consts::TAU;
-            match dimension == Dimension::Angle && turns > 1.0 + 1e-9 {
-                true => {
-                    Err(format!("it is {turns:.1} full turns: write one at most, such as 90deg"))
-                }
-                false => Ok(number),
-            }
-        })
+        self.converted(name, |text| read_number_in(text, dimension))
     }
 
     /// A whole number of at most nine digits, at least `least`.
@@ -311,7 +298,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
             .any(|node| matches!(node, Node::Text(text, _) if !text.trim().is_empty()));
         let is_value = |name: &mut &str| has_text && *name == "value";
         let stray_value = self.missing.pop_if(is_value);
-        self.unknown_attributes();
+        self.report_strangers();
         let mut children = Vec::new();
         for node in &element.children {
             match node {
@@ -340,7 +327,7 @@ impl<'a, 'f> ElementFields<'a, 'f> {
 
     /// Like [`Self::finish`], for an element that contains only text.
     pub(crate) fn finish_text(mut self) {
-        self.unknown_attributes();
+        self.report_strangers();
         let element = self.element;
         element.elements().for_each(|child| self.unknown_element(child, &[]));
     }
@@ -348,86 +335,6 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     fn unknown_element(&mut self, child: &Element, allowed: &[&'static str]) {
         let finding = elements::report_unknown(child, &self.element.name, allowed, self.source);
         self.report(finding);
-    }
-
-    fn unknown_attributes(&mut self) {
-        let element = self.element;
-        let known = self.known.clone();
-        let is_stranger = |attribute: &&Attribute| {
-            let name = attribute.name.as_str();
-            !known.contains(&name) && !name.contains(':') && name != "xmlns"
-        };
-        let strangers: Vec<_> = element.attributes.iter().filter(is_stranger).collect();
-        let guess_known = |attribute: &Attribute| {
-            let name = attribute.name.to_ascii_lowercase();
-            suggest_similar(&name, known.iter().copied()).or_else(|| {
-                let meant = elements::find_meant_attribute(&element.name, &name)?;
-                let is_free = known.contains(&meant) && element.attribute(meant).is_none();
-                is_free.then(|| format!("did you mean {meant}?"))
-            })
-        };
-        // One that is unknown was probably meant to be the one that is missing.
-        if let ([stranger], [missing]) = (strangers.as_slice(), self.missing.as_slice())
-            && guess_known(stranger).is_none()
-        {
-            let message = format!("<{}> has no attribute {}", element.name, short(&stranger.name));
-            let at = Location::new(self.source, stranger.name_span);
-            let remedy = format!("did you mean {missing}? It is required");
-            return self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
-        }
-        // The name of a parameter in place of the attribute.
-        if let ([stranger], ["name", "value"]) = (strangers.as_slice(), self.missing.as_slice())
-            && element.name == "parameter"
-        {
-            let (name, value) = (short(&stranger.name), short(&stranger.value));
-            let message = format!("<parameter> has no attribute {name}");
-            let at = Location::new(self.source, stranger.name_span);
-            let remedy = format!("did you mean name=\"{name}\" value=\"{value}\"?");
-            return self.report(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
-        }
-        for name in std::mem::take(&mut self.missing) {
-            let message = format!("<{}> has no attribute {name}", element.name);
-            let finding = Finding::new(Code::MissingAttribute, &self.at(), message);
-            let example = if name == "version" { "1" } else { "…" };
-            self.report(finding.remedy(format!("write {name}=\"{example}\"")));
-        }
-        let (guessed, unclear): (Vec<_>, Vec<_>) =
-            strangers.into_iter().partition(|stranger| guess_known(stranger).is_some());
-        for stranger in guessed {
-            let message = format!("<{}> has no attribute {}", element.name, short(&stranger.name));
-            let at = Location::new(self.source, stranger.name_span);
-            let remedy = guess_known(stranger).unwrap_or_default();
-            self.findings.push(Finding::new(Code::UnknownAttribute, &at, message).remedy(remedy));
-        }
-        if let [first, others @ ..] = &unclear[..] {
-            self.unclear_attributes(first, others);
-        }
-    }
-
-    /// Reports attributes that resemble none of the known ones: together they are one mistake.
-    fn unclear_attributes(&mut self, first: &Attribute, others: &[&Attribute]) {
-        let element = self.element;
-        let names = std::iter::once(first).chain(others.iter().copied());
-        let names: Vec<_> = names.map(|it| short(&it.name).into_owned()).collect();
-        let noun = if others.is_empty() { "attribute" } else { "attributes" };
-        let message = format!("<{}> has no {noun} {}", element.name, names.join(", "));
-        let remedy = match (self.known.as_slice(), find_element_with(&names)) {
-            ([], _) if element.name == "check" => {
-                "it takes no attributes: write the statement between <check> and </check>".into()
-            }
-            ([], None) => "it takes no attributes".into(),
-            (_, Some(other)) if !others.is_empty() => {
-                format!("a <{other}> has them: is this one meant?")
-            }
-            (known, _) => {
-                format!("known attributes: {}; your own need a namespace prefix", known.join(", "))
-            }
-        };
-        let at = |attribute: &Attribute| Location::new(self.source, attribute.name_span);
-        let finding = Finding::new(Code::UnknownAttribute, &at(first), message).remedy(remedy);
-        let others =
-            others.iter().fold(finding, |it, other| it.related(&at(other), "and this one"));
-        self.report(others);
     }
 
     fn check_name(&mut self, value: &Spanned<String>) {
@@ -462,19 +369,6 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     }
 }
 
-/// Returns the element that has all these attributes, of those that are often exchanged.
-fn find_element_with(names: &[String]) -> Option<&'static str> {
-    const ELEMENTS: [(&str, &[&str]); 4] = [
-        ("transition", &["from", "to", "on", "when", "after", "timeout", "interval", "priority"]),
-        ("place", &["components", "initial", "on-failure"]),
-        ("component", &["kind", "rate", "watchdog", "controllable"]),
-        ("link", &["from", "to", "keep", "mode"]),
-    ];
-    let has_all =
-        |attributes: &[&str]| names.iter().all(|name| attributes.contains(&name.as_str()));
-    ELEMENTS.iter().find(|(_, attributes)| has_all(attributes)).map(|(element, _)| *element)
-}
-
 /// Returns a word of a list without the marks that a list has in JSON or CSV.
 fn without_brackets(word: &str) -> &str {
     word.trim_matches(|c: char| "[]{}()\"'".contains(c) || c.is_ascii_whitespace())
@@ -484,87 +378,6 @@ fn without_brackets(word: &str) -> &str {
 fn without_space(at: &Location) -> Location {
     let (text, len) = (at.text(), at.text().len());
     at.part(len - text.trim_start().len(), text.trim_end().len())
-}
-
-/// A quantity that an attribute expects.
-struct WantedQuantity {
-    /// What is expected, with an example.
-    wanted: &'static str,
-    /// The quantity of its units.
-    dimension: Dimension,
-    /// A unit that a number without one probably has.
-    unit: &'static str,
-    /// A unit that is often mistaken for one of this quantity, and the one that was meant.
-    mistaken: Option<(&'static str, &'static str)>,
-}
-
-const DURATION: WantedQuantity = WantedQuantity {
-    wanted: "a duration such as 0.2s or 10min is expected",
-    dimension: Dimension::Time,
-    unit: "s",
-    mistaken: Some(("m", "min")),
-};
-const RATE: WantedQuantity = WantedQuantity {
-    wanted: "a rate such as 10Hz is expected",
-    dimension: Dimension::Frequency,
-    unit: "Hz",
-    mistaken: None,
-};
-
-const LENGTH: WantedQuantity = WantedQuantity {
-    wanted: "a length such as 0.3m is expected",
-    dimension: Dimension::Length,
-    unit: "m",
-    mistaken: None,
-};
-const ANGLE: WantedQuantity = WantedQuantity {
-    wanted: "an angle such as 90deg is expected",
-    dimension: Dimension::Angle,
-    unit: "deg",
-    mistaken: None,
-};
-
-/// Reads a duration such as `0.2s` or `10min`.
-pub(crate) fn duration(text: &str) -> Result<Duration, String> {
-    let seconds = quantity::seconds(text).map_err(|error| expected(text, error, &DURATION))?;
-    Duration::try_from_secs_f64(seconds).map_err(|_| format!("`{}` is too long", short(text)))
-}
-
-/// Returns what is expected instead of a wrong quantity; a number may be too large.
-fn number_expected(text: &str, error: &QuantityError) -> String {
-    let digits = text.trim_start_matches(['+', '-']);
-    match error {
-        QuantityError::NotANumber(_) if digits.starts_with(|c: char| c.is_ascii_digit()) => {
-            "a number below 1e308 with or without a unit is expected, such as 0.5m/s".into()
-        }
-        error => error.to_string(),
-    }
-}
-
-/// Returns what was read, and what to write instead.
-fn expected(text: &str, error: QuantityError, quantity: &WantedQuantity) -> String {
-    let WantedQuantity { wanted, dimension, unit, mistaken } = quantity;
-    match error {
-        QuantityError::UnknownUnit { .. } | QuantityError::OutOfRange { .. } => {
-            return error.explain_for(Some(*dimension));
-        }
-        QuantityError::NotANumber(_) => return (*wanted).to_owned(),
-        QuantityError::WrongDimension { .. } => {}
-    }
-    match quantity::parse(text).ok().and_then(|read| read.unit) {
-        None => format!("it has no unit: write {}{unit}", short(text.trim_end())),
-        Some(read) => {
-            let noun = dimension_noun(read.dimension);
-            let meant = mistaken.filter(|(mistaken, _)| *mistaken == read.name);
-            let number = short(text.strip_suffix(read.name).unwrap_or(text).trim_end());
-            match meant {
-                Some((_, meant)) => {
-                    format!("it is {noun}: write {number}{meant} if {meant} was meant; {wanted}")
-                }
-                None => format!("it is {noun}; {wanted}"),
-            }
-        }
-    }
 }
 
 /// `text` if it is one to nine digits.

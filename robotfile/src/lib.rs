@@ -54,6 +54,7 @@ mod trace;
 pub mod tree;
 mod typed_manifests;
 mod unreadable;
+mod wanted_quantity;
 mod xml;
 
 pub use check::{

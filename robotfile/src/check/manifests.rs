@@ -1,5 +1,5 @@
-//! The system against the manifests of its kinds: existence and parameters; the ports are in
-//! `ports.rs`.
+//! The system against the manifests of its kinds: existence and parameters; the links are
+//! in `ports.rs`, `fed_inputs.rs` and `meant_inputs.rs`.
 
 use std::collections::BTreeMap;
 
@@ -7,16 +7,17 @@ use armor_wire::manifest::{Manifest, ParameterManifest, ParameterType, RESERVED_
 use armor_wire::name::is_name;
 use armor_wire::text_format::TextFormat;
 
-use crate::check::names::listed;
+use crate::check::fed_inputs::FedInputs;
+use crate::check::names::{listed, report_unknown};
 use crate::check::uses::{ComponentUses, Use, has};
-use crate::check::{frames, kinds, needed_frames, ports};
+use crate::check::{fed_inputs, frames, kinds, meant_inputs, needed_frames, ports};
 use crate::code::Code;
 use crate::finding::{Finding, short};
 use crate::findings::Findings;
 use crate::manifests::Manifests;
 use crate::mission::PlaceParameter;
 use crate::model::{Component, Configuration, Parameter, System};
-use crate::source::{Location, Spanned};
+use crate::source::Location;
 use crate::suggestion::{suggest_choice, suggest_similar};
 use crate::typed_manifests::TypedManifests;
 
@@ -32,7 +33,7 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
         }
         let known = manifests.keys().map(String::as_str);
         let before = findings.total();
-        unknown(Code::UnknownKind, &component.kind, "kind of component", known, findings);
+        report_unknown(Code::UnknownKind, &component.kind, "kind of component", known, findings);
         if findings.total() > before {
             kinds::advise_by_uses(component, &uses, manifests, findings);
         }
@@ -42,20 +43,20 @@ pub(super) fn check(configuration: &Configuration, manifests: &Manifests, findin
     for link in &system.links {
         ports::check_link(link, &kinds, &typed, system, findings);
     }
-    ports::explain_fed_twice(system, &kinds, findings);
+    meant_inputs::explain_fed_twice(system, &kinds, findings);
     if let Some(clock) = &system.clock {
         ports::check_clock(&clock.source, &kinds, findings);
     }
-    let fed = ports::Fed::of(system, &kinds);
+    let fed = FedInputs::of(system, &kinds);
     for component in &system.components {
         if let Some(manifest) = kinds.get(component.name.value.as_str()) {
             let is_whole = !system.unreadable.is_half_read(&component.name.value);
             check_parameters(component, manifest, is_whole, findings);
             check_sources(component, manifest, configuration, &fed, findings);
-            ports::required_inputs(component, manifest, &fed, findings);
+            fed_inputs::check_required(component, manifest, &fed, findings);
         }
     }
-    ports::explain_unfed(system, &kinds, findings);
+    meant_inputs::explain_unfed(system, &kinds, findings);
     needed_frames::check(configuration, &kinds, findings);
     let places = configuration.missions().flat_map(|mission| &mission.places);
     for place in places {
@@ -151,7 +152,7 @@ fn check_sources(
     component: &Component,
     manifest: &Manifest,
     configuration: &Configuration,
-    fed: &ports::Fed<'_>,
+    fed: &FedInputs<'_>,
     findings: &mut Findings,
 ) {
     let name = component.name.value.as_str();
@@ -187,22 +188,6 @@ fn check_sources(
         let finding = Finding::new(Code::InputUnfed, &component.name.at, message);
         findings.push(finding.remedy(format!("add {}", ways.join(", or "))));
     }
-}
-
-pub(super) fn unknown<'a>(
-    code: Code,
-    name: &Spanned<String>,
-    noun: &str,
-    known: impl Iterator<Item = &'a str> + Clone,
-    findings: &mut Findings,
-) {
-    let message = format!("there is no {noun} called {}", short(&name.value));
-    let guess = if findings.is_full() { None } else { suggest_similar(&name.value, known.clone()) };
-    let remedy = guess.unwrap_or_else(|| match known.clone().next() {
-        None => "there are none".into(),
-        Some(_) => format!("there are: {}", listed(known)),
-    });
-    findings.push(Finding::new(code, &name.at, message).remedy(remedy));
 }
 
 fn check_parameters(
@@ -315,7 +300,7 @@ fn check_value(parameter: &Parameter, manifest: &Manifest, findings: &mut Findin
     else {
         let noun = format!("parameter of {}", manifest.kind);
         let known = manifest.parameters.iter().map(|wanted| wanted.name.as_str());
-        return unknown(Code::UnknownParameter, &parameter.name, &noun, known, findings);
+        return report_unknown(Code::UnknownParameter, &parameter.name, &noun, known, findings);
     };
     if frames::is_filled(wanted) {
         let name = &parameter.name.value;

@@ -102,6 +102,23 @@ impl<'a> KnownNames<'a> {
     }
 }
 
+/// Reports a name that is none of `known`, such as the name of a port.
+pub(super) fn report_unknown<'a>(
+    code: Code,
+    name: &Spanned<String>,
+    noun: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+    findings: &mut Findings,
+) {
+    let message = format!("there is no {noun} called {}", short(&name.value));
+    let guess = if findings.is_full() { None } else { suggest_similar(&name.value, known.clone()) };
+    let remedy = guess.unwrap_or_else(|| match known.clone().next() {
+        None => "there are none".into(),
+        Some(_) => format!("there are: {}", listed(known)),
+    });
+    findings.push(Finding::new(code, &name.at, message).remedy(remedy));
+}
+
 /// Returns the first dozen names, and the number of the others.
 pub(super) fn listed<'a>(mut names: impl Iterator<Item = &'a str>) -> String {
     const SHOWN: usize = 12;

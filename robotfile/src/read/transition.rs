@@ -4,7 +4,7 @@ use std::sync::Arc as Shared;
 use std::time::Duration;
 
 use crate::code::Code;
-use crate::fields::{ElementFields, digits, duration};
+use crate::fields::{ElementFields, digits};
 use crate::finding::Finding;
 use crate::findings::Findings;
 use crate::mission::{
@@ -12,6 +12,7 @@ use crate::mission::{
 };
 use crate::source::{Source, Spanned};
 use crate::tree::{Attribute, Element};
+use crate::wanted_quantity::read_duration;
 
 /// Reads one; None if it has no name.
 pub(super) fn read(
@@ -222,11 +223,11 @@ fn interval_of(text: &str) -> Result<Interval, String> {
     let expected = || "an interval such as [2s,5s] or [2s,inf) is expected".to_owned();
     let inner =
         text.strip_prefix('[').and_then(|text| text.split_once(',')).ok_or_else(expected)?;
-    let earliest = duration(inner.0.trim())?;
+    let earliest = read_duration(inner.0.trim())?;
     if inner.1.trim() == "inf)" {
         return Ok(Interval { earliest, latest: None });
     }
-    let latest = duration(inner.1.strip_suffix(']').ok_or_else(expected)?.trim())?;
+    let latest = read_duration(inner.1.strip_suffix(']').ok_or_else(expected)?.trim())?;
     if latest < earliest {
         return Err("the interval ends before it begins".into());
     }
