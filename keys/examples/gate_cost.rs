@@ -172,7 +172,7 @@ fn start_proxy(gate: SocketAddr, key: &Path) -> Result<SocketAddr, Failure> {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         runtime.block_on(async {
             let listener = tokio::net::TcpListener::from_std(listener)?;
-            client.serve_tools(listener, |error| println!("{error}")).await;
+            client.serve_tools(listener, |notice| println!("{notice:?}")).await;
             Ok(())
         })
     });

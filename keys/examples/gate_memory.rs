@@ -173,7 +173,7 @@ fn serve_proxy(key: &Path, gate: &str) -> Result<(), Failure> {
     runtime.block_on(async {
         let listener = tokio::net::TcpListener::bind("127.0.0.1:0").await?;
         println!("{}", listener.local_addr()?);
-        client.serve_tools(listener, |error| eprintln!("{error}")).await;
+        client.serve_tools(listener, |notice| eprintln!("{notice:?}")).await;
         Ok(())
     })
 }

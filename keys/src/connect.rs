@@ -5,8 +5,9 @@ use std::io;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
+use armor_socket::AcceptLog;
 use armor_wire::acting::KeyRole;
 use armor_wire::backoff::Backoff;
 use armor_wire::clock::ClockSample;
@@ -44,6 +45,8 @@ const EXAMINES_WITHIN: Duration = Duration::from_secs(30);
 const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
 /// Wait after the first failed attempt to reach the gate.
 const FIRST_DELAY: Duration = Duration::from_millis(100);
+/// Rest after a connection of a tool that could not be accepted, such as for want of descriptors.
+const ACCEPT_REST: Duration = Duration::from_millis(200);
 /// Longest wait between two attempts.
 const MOST_DELAY: Duration = Duration::from_secs(1);
 
@@ -128,6 +131,17 @@ pub enum GateNotice {
     Connected(GateSession),
     /// It is not; it is tried again.
     Lost(GateError),
+}
+
+/// What [`GateClient::serve_tools`] reports.
+#[derive(Debug)]
+pub enum ToolNotice {
+    /// A tool's connection was not carried to the gate.
+    NotCarried(GateError),
+    /// No tool's connection can be accepted; it is tried again.
+    NotAccepting(io::Error),
+    /// Connections are accepted again.
+    AcceptsAgain,
 }
 
 impl GateClient {
@@ -235,22 +249,32 @@ impl GateClient {
         }
     }
 
-    /// Serves the tools of this user: each of their connections is carried to the gate. `tell` gets
-    /// why one could not be.
+    /// Serves the tools of this user: each of their connections is carried to the gate. `report` gets
+    /// what prevents that.
     pub async fn serve_tools(
         self: Arc<Self>,
         listener: TcpListener,
-        tell: impl Fn(&GateError) + Clone + Send + 'static,
+        report: impl Fn(ToolNotice) + Clone + Send + 'static,
     ) {
+        let mut log = AcceptLog::default();
         loop {
-            let Ok((stream, _)) = listener.accept().await else {
-                time::sleep(Duration::from_millis(200)).await;
-                continue;
+            let stream = match listener.accept().await {
+                Ok((stream, _)) => stream,
+                Err(error) => {
+                    if log.note_failure(Instant::now()) {
+                        report(ToolNotice::NotAccepting(error));
+                    }
+                    time::sleep(ACCEPT_REST).await;
+                    continue;
+                }
             };
-            let (client, tell) = (Arc::clone(&self), tell.clone());
+            if log.note_success() {
+                report(ToolNotice::AcceptsAgain);
+            }
+            let (client, report) = (Arc::clone(&self), report.clone());
             tokio::spawn(async move {
                 if let Err(error) = client.serve_tool(stream).await {
-                    tell(&error);
+                    report(ToolNotice::NotCarried(error));
                 }
             });
         }

@@ -15,14 +15,14 @@ use std::net::{IpAddr, SocketAddr};
 use std::path::Path;
 use std::sync::Arc;
 
-use armor_socket::{FaultTable, explain_bind_error};
+use armor_socket::{AcceptLog, FaultTable, explain_bind_error};
 use armor_wire::gate::{GateRequest, HostFinding};
 use armor_wire::remote_process::RemoteStart;
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::mpsc;
 use tokio::task::JoinSet;
-use tokio::time::{self, MissedTickBehavior};
+use tokio::time::{self, Instant, MissedTickBehavior};
 use tokio_rustls::TlsAcceptor;
 use tokio_rustls::server::TlsStream;
 use tracing::{error, info, warn};
@@ -161,18 +161,20 @@ async fn accept_connections(gate: &Arc<Gate>, listener: &TcpListener) -> ! {
     let mut connections = JoinSet::new();
     let mut look = time::interval(LOOK_AT_KEYS);
     look.set_missed_tick_behavior(MissedTickBehavior::Skip);
-    let mut resting = false;
+    let mut log = AcceptLog::default();
     loop {
         tokio::select! {
             _ = look.tick() => gate.look_at_keys(),
             accepted = listener.accept() => match accepted {
                 Ok((stream, address)) => {
-                    resting = false;
+                    if log.note_success() {
+                        info!("connections are accepted again");
+                    }
                     let gate = Arc::clone(gate);
                     connections.spawn(async move { gate.serve_client(stream, address).await });
                 }
                 Err(problem) => {
-                    if !std::mem::replace(&mut resting, true) {
+                    if log.note_failure(Instant::now().into_std()) {
                         error!(%problem, "cannot accept connections; trying again");
                     }
                     time::sleep(ACCEPT_REST).await;

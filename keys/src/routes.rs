@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use armor_socket::Stream;
+use armor_socket::{AcceptLog, Stream};
 use armor_wire::gate::{GateReply, GateRequest};
 use armor_wire::hello::{Refusal, RefusalCode};
 use armor_wire::remote_process::HostAddress;
@@ -15,6 +15,7 @@ use parking_lot::Mutex;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::time;
 use tokio_rustls::client::TlsStream;
+use tracing::{error, info};
 
 use crate::connect::{GateClient, GateError, LIMIT};
 use crate::copying::copy_both;
@@ -108,15 +109,25 @@ pub async fn serve_processes(
         Ok(address) => RouterPort::open_router(address).await.ok(),
         Err(_) => None,
     };
+    let mut log = AcceptLog::default();
     loop {
         let accepted = tokio::select! {
             accepted = listener.accept() => accepted,
             never = serve_port(datagrams.as_ref()) => never,
         };
-        let Ok((stream, _)) = accepted else {
-            time::sleep(ACCEPT_REST).await;
-            continue;
+        let stream = match accepted {
+            Ok((stream, _)) => stream,
+            Err(problem) => {
+                if log.note_failure(Instant::now()) {
+                    error!(%problem, "cannot accept connections to other hosts; trying again");
+                }
+                time::sleep(ACCEPT_REST).await;
+                continue;
+            }
         };
+        if log.note_success() {
+            info!("connections to other hosts are accepted again");
+        }
         let (routes, report) = (Arc::clone(&routes), report.clone());
         let datagrams = datagrams.clone();
         tokio::spawn(async move {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail};
-use armor_keys::connect::{GateClient, GateError, GateNotice, GateSession};
+use armor_keys::connect::{GateClient, GateError, GateNotice, GateSession, ToolNotice};
 use armor_keys::expiry::{describe_notice, find_notice};
 use armor_socket::{FaultTable, listen};
 use armor_wire::gate::GATE_PORT;
@@ -87,14 +87,20 @@ async fn connect(arguments: &ConnectArguments, format: OutputFormat) -> Result<E
         ending = signals.wait() => return Ok(ending.into()),
     };
     let faults = Arc::new(FaultTable::default());
-    let tell = move |error: &GateError| {
-        // The loss of the gate is reported by the session.
-        let is_refusal = matches!(error, GateError::Refused(_));
-        if is_refusal && faults.is_new(None, error.to_string()) {
-            print_notice(error);
+    let report = move |notice: ToolNotice| match notice {
+        ToolNotice::NotCarried(error @ GateError::Refused(_)) => {
+            if faults.is_new(None, error.to_string()) {
+                print_notice(error);
+            }
         }
+        // The loss of the gate is reported by the session.
+        ToolNotice::NotCarried(_) => {}
+        ToolNotice::NotAccepting(error) => {
+            print_notice(format_args!("no connection of a tool can be accepted: {error}"));
+        }
+        ToolNotice::AcceptsAgain => print_notice("connections of tools are accepted again"),
     };
-    tokio::spawn(client.serve_tools(proxy, tell));
+    tokio::spawn(client.serve_tools(proxy, report));
     let GateSession { host, name, role, registry } = &session;
     if arguments.command.is_empty() {
         print_notice(format_args!("connected to {host} as {name} ({role}); Ctrl-C ends it"));

@@ -2,14 +2,18 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
 use armor_inspect::run_control::{MAX_LINE_LEN, RunReply, RunRequest, socket_path};
-use armor_socket::check_unix;
+use armor_socket::{AcceptLog, check_unix};
 use tokio::io::{AsyncBufReadExt, AsyncReadExt, AsyncWriteExt, BufReader};
 use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::{Semaphore, mpsc, oneshot};
+
+use super::logs::RunLog;
+use super::plan::LAUNCHER;
+use super::supervisor::LogLevel;
 
 /// Connections served in parallel; the others wait.
 const AT_ONCE: usize = 8;
@@ -32,11 +36,15 @@ pub struct ReceivedRequest {
 pub struct RequestSocket(PathBuf);
 
 impl RequestSocket {
-    /// Listens, and sends every request to `requests`.
+    /// Listens, and sends every request to `requests`. `log` gets when no request can be received.
     ///
     /// # Errors
     /// If the socket cannot be made.
-    pub fn listen(system: &str, requests: mpsc::Sender<ReceivedRequest>) -> Result<Self> {
+    pub fn listen(
+        system: &str,
+        requests: mpsc::Sender<ReceivedRequest>,
+        log: RunLog,
+    ) -> Result<Self> {
         let path = socket_path(system, std::process::id())?;
         // Left behind by a launcher that had the same process id and was killed.
         let _ = std::fs::remove_file(&path);
@@ -44,20 +52,30 @@ impl RequestSocket {
             .with_context(|| format!("the socket {} cannot be made", path.display()))?;
         tokio::spawn(async move {
             let seats = Arc::new(Semaphore::new(AT_ONCE));
+            let mut accepting = AcceptLog::default();
             while let Ok(seat) = seats.clone().acquire_owned().await {
-                match listener.accept().await {
-                    Ok((stream, _)) if check_unix(&stream).is_ok() => {
-                        let requests = requests.clone();
-                        tokio::spawn(async move {
-                            // A client that leaves or sends no request gets no reply.
-                            let _ =
-                                tokio::time::timeout(CLIENT_WITHIN, serve_client(stream, requests))
-                                    .await;
-                            drop(seat);
-                        });
+                let stream = match listener.accept().await {
+                    Ok((stream, _)) => stream,
+                    Err(error) => {
+                        if accepting.note_failure(Instant::now()) {
+                            let text = format!("armor restart and stop get no answer: {error}");
+                            log.report(LAUNCHER, LogLevel::Warn, text);
+                        }
+                        tokio::time::sleep(ACCEPT_REST).await;
+                        continue;
                     }
-                    Ok(_) => {}
-                    Err(_) => tokio::time::sleep(ACCEPT_REST).await,
+                };
+                if accepting.note_success() {
+                    log.report(LAUNCHER, LogLevel::Info, "armor restart and stop work again");
+                }
+                if check_unix(&stream).is_ok() {
+                    let requests = requests.clone();
+                    tokio::spawn(async move {
+                        // A client that leaves or sends no request gets no reply.
+                        let serving = serve_client(stream, requests);
+                        let _ = tokio::time::timeout(CLIENT_WITHIN, serving).await;
+                        drop(seat);
+                    });
                 }
             }
         });

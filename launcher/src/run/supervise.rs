@@ -108,7 +108,7 @@ pub async fn supervise(
     let mut time_up = identity.time.map(|time| start + time);
     let (request_sender, mut requests) = mpsc::channel(MAX_REQUESTS);
     // The system runs without it too, such as where its path would be too long for a socket.
-    let _socket = match RequestSocket::listen(&identity.system, request_sender) {
+    let _socket = match RequestSocket::listen(&identity.system, request_sender, log.clone()) {
         Ok(socket) => Some(socket),
         Err(error) => {
             let text = format!("armor restart and stop cannot reach this run: {error:#}");

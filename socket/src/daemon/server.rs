@@ -28,7 +28,7 @@ use armor_wire::message::WireType;
 use tokio::sync::mpsc;
 use tokio::task::{JoinHandle, JoinSet};
 use tokio::time::{self, Instant};
-use tracing::{debug, error};
+use tracing::{debug, error, info};
 
 use crate::daemon::close_log::CloseLog;
 use crate::daemon::connection::{ConnectionEvent, PeerConnection};
@@ -36,6 +36,7 @@ use crate::daemon::limits::{ACCEPT_REST, MAX_EVENTS, ServerLimits};
 use crate::daemon::outgoing::Outgoing;
 use crate::daemon::seats::{Handshakes, Seats};
 use crate::daemon::stream::{AsyncListener, AsyncStream};
+use crate::faults::AcceptLog;
 use crate::listener::Listener;
 use crate::owner::{OwnerError, check_client};
 use crate::stream::Stream;
@@ -162,16 +163,18 @@ struct Acceptor<Q> {
 
 impl<Q: WireType + Send> Acceptor<Q> {
     async fn accept_connections(&mut self, listener: AsyncListener) {
-        let mut resting = false;
+        let mut log = AcceptLog::default();
         loop {
             tokio::select! {
                 accepted = listener.accept() => match accepted {
                     Ok(stream) => {
-                        resting = false;
+                        if log.note_success() {
+                            info!("connections are accepted again");
+                        }
                         self.admit_connection(stream);
                     }
                     Err(problem) => {
-                        if !std::mem::replace(&mut resting, true) {
+                        if log.note_failure(Instant::now().into_std()) {
                             error!(%problem, "cannot accept connections; trying again");
                         }
                         time::sleep(ACCEPT_REST).await;
