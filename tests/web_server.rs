@@ -226,10 +226,22 @@ fn the_server_of_the_command_line_logs_its_warnings() {
     command.args(["--format", "json", "--registry", &registry]);
     let log = system.folder.path().join("web.log");
     let server = Dialogue::start_with_log(&mut command, &log);
-    server.read_line();
+    let line: Value = serde_json::from_str(&server.read_line()).expect("JSON");
+    // A client that has left before it is accepted, and one that is served after it.
+    server.signal(Signal::STOP);
+    let connect = || TcpStream::connect(line["listen"].as_str().expect("an address"));
+    drop(connect().expect("a place in the queue of the port"));
+    let mut client = connect().expect("another place");
+    server.signal(Signal::CONT);
+    client.write_all(b"GET /api/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").expect("sent");
+    client.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+    assert!(client.read(&mut [0; 64]).is_ok_and(|len| len > 0), "it is served");
     system.kill("registry");
     let warning = format!("WARN lost the registry at {registry}: ");
-    wait_for("a warning", || std::fs::read_to_string(&log).ok()?.contains(&warning).then_some(()));
+    let logged = wait_for("a warning", || {
+        std::fs::read_to_string(&log).ok().filter(|logged| logged.contains(&warning))
+    });
+    assert!(!logged.contains("closed the connection"), "no client is refused: {logged}");
 }
 
 #[test]

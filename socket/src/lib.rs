@@ -31,7 +31,10 @@ pub use hosts::{HostPlace, adopt_place, name_endpoint};
 pub use identity::{host_name, random_id};
 pub use listener::{ComponentListeners, ListenError, Listener, PORTS, listen};
 pub use loopback::is_loopback_name;
-pub use owner::{GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group, own_connection};
+pub use owner::{
+    GROUP_VARIABLE, OwnerError, check_client, check_unix, has_group, is_closed_already,
+    own_connection,
+};
 pub use port_holder::explain_bind_error;
 pub use proxy::has_proxy;
 pub use run_keys::{adopt_secret, own_key, own_secret};

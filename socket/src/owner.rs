@@ -109,6 +109,13 @@ pub fn own_connection(stream: TcpStream) -> io::Result<TcpStream> {
     }
 }
 
+/// Returns whether [`own_connection`] has failed because the other end has closed the connection already:
+/// nothing was refused to it.
+pub fn is_closed_already(error: &io::Error) -> bool {
+    let owner = error.get_ref().and_then(|inner| inner.downcast_ref::<OwnerError>());
+    matches!(owner, Some(OwnerError::Closed))
+}
+
 /// Checks the user of the process that listens where this one has connected to. Nothing is known of
 /// a server on another host: a proxy leads there, and its own end is checked.
 ///
@@ -269,6 +276,17 @@ mod tests {
         };
         client.shutdown(Shutdown::Write).unwrap();
         assert!(matches!(check_client(&server), Err(OwnerError::Closed)));
+    }
+
+    #[test]
+    fn a_client_that_has_left_is_no_client_that_is_refused() {
+        let (_listener, client, server) = connect_on(Ipv4Addr::LOCALHOST.into());
+        drop(client);
+        let Stream::Tcp(server) = server else { panic!("it is TCP") };
+        assert!(is_closed_already(&own_connection(server).unwrap_err()));
+        let other_user = OwnerError::OtherUser { user: 1, own: 2 };
+        assert!(!is_closed_already(&io::Error::other(other_user)));
+        assert!(!is_closed_already(&io::ErrorKind::NotConnected.into()));
     }
 
     #[test]

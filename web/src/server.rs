@@ -12,7 +12,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use armor_socket::{AcceptLog, FaultTable, explain_bind_error, has_proxy, own_connection};
+use armor_socket::{
+    AcceptLog, FaultTable, explain_bind_error, has_proxy, is_closed_already, own_connection,
+};
 use axum::Router;
 use hyper::Request;
 use hyper::body::Incoming;
@@ -288,8 +290,13 @@ async fn accept_connections(
         }
         let stream = match check_stranger(stream) {
             Ok(stream) => stream,
-            Err(reason) => {
+            Err(error) if is_closed_already(&error) => {
+                tracing::debug!("a client has left before it was served");
+                continue;
+            }
+            Err(error) => {
                 web.counters.count_refusal();
+                let reason = error.to_string();
                 if faults.is_new(None, reason.clone()) {
                     tracing::warn!("a client is refused: {reason}");
                 }
@@ -327,9 +334,8 @@ struct StopLane {
 }
 
 /// Refuses the client of another user before a byte of it is read.
-fn check_stranger(stream: TcpStream) -> Result<TcpStream, String> {
-    let own = stream.into_std().and_then(own_connection);
-    own.and_then(TcpStream::from_std).map_err(|error| error.to_string())
+fn check_stranger(stream: TcpStream) -> io::Result<TcpStream> {
+    stream.into_std().and_then(own_connection).and_then(TcpStream::from_std)
 }
 
 impl StopLane {

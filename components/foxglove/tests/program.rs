@@ -402,6 +402,24 @@ fn requests_that_make_no_sense_end_nothing() {
 }
 
 #[test]
+fn a_viewer_that_has_left_before_it_is_accepted_is_not_logged_as_refused() {
+    let scene = Scene::begin(&[]);
+    let send_signal = |signal: &str| {
+        let mut kill = Command::new("kill");
+        assert!(kill.arg(signal).arg(scene.child.id().to_string()).status().unwrap().success());
+    };
+    send_signal("-STOP");
+    drop(TcpStream::connect(&scene.address).unwrap());
+    send_signal("-CONT");
+    // A later one is refused, and that is logged.
+    assert_eq!(Viewer::connect(&scene.address, Some("https://evil.example")).err(), Some(403));
+    let log = wait_for("its line in the log", || {
+        Some(scene.log.lock().clone()).filter(|log| log.contains("evil.example"))
+    });
+    assert!(!log.contains("closed the connection"), "{log}");
+}
+
+#[test]
 fn an_observer_may_stop_the_robot_and_nothing_else() {
     let scene = Scene::begin(&["role=observer"]);
     let mut viewer = scene.viewer();

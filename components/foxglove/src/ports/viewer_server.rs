@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use armor_socket::{AcceptLog, FaultTable, explain_bind_error, own_connection};
+use armor_socket::{AcceptLog, FaultTable, explain_bind_error, is_closed_already, own_connection};
 use thiserror::Error;
 use tokio::net::{TcpListener, TcpStream};
 use tokio::runtime::Builder;
@@ -154,8 +154,12 @@ async fn accept_viewers(
                 continue;
             }
             Ok(stream) => stream,
-            Err(reason) => {
-                refuse(reason);
+            Err(error) if is_closed_already(&error) => {
+                tracing::debug!("a viewer has left before it was served");
+                continue;
+            }
+            Err(error) => {
+                refuse(error.to_string());
                 continue;
             }
         };
@@ -172,9 +176,8 @@ async fn accept_viewers(
 }
 
 /// Refuses the client of another user before a byte of it is read.
-fn check_stranger(stream: TcpStream) -> Result<TcpStream, String> {
-    let own = stream.into_std().and_then(own_connection);
-    own.and_then(TcpStream::from_std).map_err(|error| error.to_string())
+fn check_stranger(stream: TcpStream) -> io::Result<TcpStream> {
+    stream.into_std().and_then(own_connection).and_then(TcpStream::from_std)
 }
 
 /// Publishes zero when the client that drives has sent nothing for too long. Waits for no client.
