@@ -7,6 +7,7 @@ pub mod program;
 use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use armor_socket::random_id;
@@ -15,13 +16,21 @@ use rustix::process::{Pid, Signal, geteuid, kill_process};
 pub use home_robot::HomeRobot;
 pub use program::{Dialogue, run_to_end};
 
+/// Folders that this process has made so far.
+static FOLDERS: AtomicU32 = AtomicU32::new(0);
+
 /// A folder for one test, removed when the test ends. Other tests cannot see its runs.
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// Creates an empty folder for the test called `name`.
+    /// Creates an empty folder. Its path contains `name`; no other folder has it, not even that of a
+    /// test which gives the same name.
     pub fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("armor-system-{}-{name}", std::process::id()));
+        let number = FOLDERS.fetch_add(1, Ordering::Relaxed);
+        // Short, since the path of a socket in it may have 107 bytes.
+        let unique = format!("armor-test-{}-{number}-{name}", std::process::id());
+        let path = std::env::temp_dir().join(unique);
+        // Left behind by a killed process that had the same id.
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir_all(&path).expect("a folder for the test");
         Self(path)
@@ -321,4 +330,12 @@ fn stat(pid: i32) -> Option<Vec<String>> {
 
 fn parent(pid: i32) -> Option<i32> {
     stat(pid)?.get(1)?.parse().ok()
+}
+
+#[test]
+fn folders_of_the_same_name_are_separate() {
+    let (one, other) = (Folder::new("same"), Folder::new("same"));
+    let file = other.write("kept", "");
+    drop(one);
+    assert!(file.exists(), "the end of one test removes nothing of another");
 }
