@@ -163,7 +163,7 @@ pub(crate) fn find_meant_attribute(element: &str, name: &str) -> Option<&'static
 }
 
 /// Reports an element that another one does not contain.
-pub(crate) fn report_unknown(
+pub(crate) fn report_unknown_element(
     child: &Element,
     parent: &str,
     allowed: &[&'static str],
@@ -217,7 +217,7 @@ fn correct_children(
                 && has(parent, meant)
         };
         if let Some(meant) = meant.filter(|meant| !is_second(meant)) {
-            findings.push(report_unknown(child, &parent.name, allowed, source));
+            findings.push(report_unknown_element(child, &parent.name, allowed, source));
             tags.push(child.tag_span);
             if let Some(Node::Element(child)) = parent.children.get_mut(number) {
                 meant.clone_into(&mut child.name);

@@ -333,7 +333,8 @@ impl<'a, 'f> ElementFields<'a, 'f> {
     }
 
     fn unknown_element(&mut self, child: &Element, allowed: &[&'static str]) {
-        let finding = elements::report_unknown(child, &self.element.name, allowed, self.source);
+        let finding =
+            elements::report_unknown_element(child, &self.element.name, allowed, self.source);
         self.report(finding);
     }
 

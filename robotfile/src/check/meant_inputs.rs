@@ -21,11 +21,7 @@ pub(super) fn explain_fed_twice(
     kinds: &BTreeMap<&str, &Manifest>,
     findings: &mut Findings,
 ) {
-    let fed: BTreeSet<_> = system
-        .links
-        .iter()
-        .map(|link| (link.to.component.value.as_str(), link.to.port.value.as_str()))
-        .collect();
+    let meant = MeantPorts::new(system, kinds);
     let wrong: BTreeSet<_> =
         findings.iter().filter(|f| f.code == Code::TypeMismatch).filter_map(place_of).collect();
     let is_wrong = |at: &Location| wrong.contains(&(at.source.path(), at.span));
@@ -33,73 +29,15 @@ pub(super) fn explain_fed_twice(
     let mut remedies = BTreeMap::new();
     for finding in findings.iter().filter(|finding| finding.code == Code::InputFedTwice) {
         let Some(place) = place_of(finding) else { continue };
+        let key = (place.0.to_path_buf(), place.1);
         let first = finding.related.first().map(|(at, _)| at);
         if wrong.contains(&place) || first.is_some_and(is_wrong) {
-            dropped.insert((place.0.to_path_buf(), place.1));
+            dropped.insert(key);
             continue;
         }
         let link = system.links.iter().find(|link| link.to.at.span == place.1);
-        let output = link.and_then(|link| find_port(&link.from, kinds, true));
-        let unfed = output.and_then(|output| {
-            system.components.iter().find_map(|component| {
-                let name = component.name.value.as_str();
-                let mut inputs = kinds.get(name)?.inputs.iter().filter(|input| input.required);
-                let is_meant = |input: &&PortManifest| {
-                    is_same_type(output, input) && !fed.contains(&(name, input.id.as_str()))
-                };
-                inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
-            })
-        });
-        let unfed = unfed.or_else(|| {
-            // Of the same component, or where the same data were linked twice, of any other one.
-            let (link, output) = (link?, output?);
-            let is_repeated = system
-                .links
-                .iter()
-                .filter(|it| it.to.data() == link.to.data() && it.from.data() == link.from.data())
-                .count()
-                > 1;
-            let own = link.to.component.value.as_str();
-            let names = system.components.iter().map(|it| it.name.value.as_str());
-            names.filter(|name| (*name == own) != is_repeated).find_map(|name| {
-                let mut inputs = kinds.get(name)?.inputs.iter();
-                let is_meant = |input: &&PortManifest| {
-                    is_same_type(output, input)
-                        && !fed.contains(&(name, input.id.as_str()))
-                        && (!is_repeated || input.id == link.to.port.value)
-                };
-                inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
-            })
-        });
-        let unfed = unfed.or_else(|| {
-            // Or of another component than the one that sends the data, if it is the only one.
-            let other = system.links.iter().find(|it| first.is_some_and(|at| it.to.at.is_at(at)));
-            let free = [other, link].into_iter().flatten().flat_map(|link| {
-                let output = find_port(&link.from, kinds, true);
-                let fed = &fed;
-                let names = system.components.iter().map(|it| it.name.value.as_str());
-                let names = names.filter(move |name| *name != link.from.component.value);
-                names.flat_map(move |name| {
-                    let inputs = kinds.get(name).into_iter().flat_map(|it| &it.inputs);
-                    let fits = inputs.filter(move |input| {
-                        output.is_some_and(|output| is_same_type(output, input))
-                            && !input.is_any()
-                            && !fed.contains(&(name, input.id.as_str()))
-                    });
-                    fits.map(move |input| format!("{name}.{}", input.id))
-                })
-            });
-            let mut free = free.collect::<BTreeSet<_>>().into_iter();
-            free.next().filter(|_| free.next().is_none())
-        });
-        // The same output twice: the other link may be from one that nothing uses.
-        let unused = first.and_then(|_| find_unused_output(link?, system, kinds));
-        if let Some(unused) = unused {
-            let remedy = format!("did you mean from=\"{unused}\", which no link uses?");
-            remedies.insert((place.0.to_path_buf(), place.1), remedy);
-        } else if let Some(unfed) = unfed {
-            let remedy = format!("was one meant for {unfed}, which nothing feeds?");
-            remedies.insert((place.0.to_path_buf(), place.1), remedy);
+        if let Some(remedy) = meant.find_remedy(link, first) {
+            remedies.insert(key, remedy);
         }
     }
     let key = |finding: &Finding| {
@@ -114,33 +52,114 @@ pub(super) fn explain_fed_twice(
     }
 }
 
-/// Returns the only output of this type that no link uses, of another component with the same port,
-/// where two links are alike.
-fn find_unused_output(
-    link: &Link,
-    system: &System,
-    kinds: &BTreeMap<&str, &Manifest>,
-) -> Option<String> {
-    let is_alike =
-        |it: &&Link| it.from.data() == link.from.data() && it.to.data() == link.to.data();
-    if system.links.iter().filter(is_alike).count() < 2 {
-        return None;
+/// The ports that a link to an input which is fed twice may have meant.
+struct MeantPorts<'a> {
+    system: &'a System,
+    kinds: &'a BTreeMap<&'a str, &'a Manifest>,
+    /// The inputs that a link feeds: component and port.
+    fed: BTreeSet<(&'a str, &'a str)>,
+}
+
+impl<'a> MeantPorts<'a> {
+    fn new(system: &'a System, kinds: &'a BTreeMap<&'a str, &'a Manifest>) -> Self {
+        let ends = system.links.iter().map(|link| &link.to);
+        let fed = ends.map(|to| (to.component.value.as_str(), to.port.value.as_str())).collect();
+        Self { system, kinds, fed }
     }
-    let output = find_port(&link.from, kinds, true)?;
-    let all = system.components.iter().flat_map(|component| {
-        let name = component.name.value.as_str();
-        let outputs = kinds.get(name).into_iter().flat_map(|kind| &kind.outputs);
-        outputs.map(move |it| (name, it))
-    });
-    let is_used = |name: &str, port: &str| {
-        let mut links = system.links.iter();
-        links.any(|it| it.from.component.value == name && it.from.port.value == port)
-    };
-    let mut unused = all.filter(|(name, it)| {
-        is_same_type(output, it) && it.id == output.id && !it.is_any() && !is_used(name, &it.id)
-    });
-    let (Some((name, port)), None) = (unused.next(), unused.next()) else { return None };
-    Some(format!("{name}.{}", port.id))
+
+    /// Returns what to ask about the second `link` to an input; the `first` one ends there.
+    fn find_remedy(&self, link: Option<&'a Link>, first: Option<&Location>) -> Option<String> {
+        // The same output twice: the other link may be from one that nothing uses.
+        if let Some(unused) = first.and_then(|_| self.find_unused_output(link?)) {
+            return Some(format!("did you mean from=\"{unused}\", which no link uses?"));
+        }
+        let unfed = link
+            .and_then(|link| self.find_required(link).or_else(|| self.find_of_component(link)))
+            .or_else(|| self.find_only_free(link, first))?;
+        Some(format!("was one meant for {unfed}, which nothing feeds?"))
+    }
+
+    fn names(&self) -> impl Iterator<Item = &'a str> + use<'a> {
+        self.system.components.iter().map(|component| component.name.value.as_str())
+    }
+
+    /// Whether the input takes what the output gives, and nothing feeds it.
+    fn is_free(&self, name: &str, input: &PortManifest, output: &PortManifest) -> bool {
+        is_same_type(output, input) && !self.fed.contains(&(name, input.id.as_str()))
+    }
+
+    /// Returns the first input that needs these data.
+    fn find_required(&self, link: &Link) -> Option<String> {
+        let output = find_port(&link.from, self.kinds, true)?;
+        self.names().find_map(|name| {
+            let mut inputs = self.kinds.get(name)?.inputs.iter();
+            let meant = inputs.find(|it| it.required && self.is_free(name, it, output));
+            meant.map(|input| format!("{name}.{}", input.id))
+        })
+    }
+
+    /// Returns an input of the same component; if the same data are linked there twice, the input of
+    /// this name of another component.
+    fn find_of_component(&self, link: &Link) -> Option<String> {
+        let output = find_port(&link.from, self.kinds, true)?;
+        let is_repeated = self.count_alike(link) > 1;
+        let own = link.to.component.value.as_str();
+        self.names().filter(|name| (*name == own) != is_repeated).find_map(|name| {
+            let mut inputs = self.kinds.get(name)?.inputs.iter();
+            let is_meant = |input: &&PortManifest| {
+                self.is_free(name, input, output)
+                    && (!is_repeated || input.id == link.to.port.value)
+            };
+            inputs.find(is_meant).map(|input| format!("{name}.{}", input.id))
+        })
+    }
+
+    /// Returns the only input that takes the data of either link, of another component than the one
+    /// that sends them.
+    fn find_only_free(&self, link: Option<&'a Link>, first: Option<&Location>) -> Option<String> {
+        let links = &self.system.links;
+        let other = links.iter().find(|it| first.is_some_and(|at| it.to.at.is_at(at)));
+        let mut free = BTreeSet::new();
+        for link in [other, link].into_iter().flatten() {
+            let Some(output) = find_port(&link.from, self.kinds, true) else { continue };
+            for name in self.names().filter(|name| *name != link.from.component.value) {
+                let inputs = self.kinds.get(name).into_iter().flat_map(|kind| &kind.inputs);
+                let fits = inputs.filter(|it| !it.is_any() && self.is_free(name, it, output));
+                free.extend(fits.map(|input| format!("{name}.{}", input.id)));
+            }
+        }
+        let mut free = free.into_iter();
+        free.next().filter(|_| free.next().is_none())
+    }
+
+    /// Returns the only output of this type that no link uses, of another component with the same port,
+    /// where two links are alike.
+    fn find_unused_output(&self, link: &Link) -> Option<String> {
+        if self.count_alike(link) < 2 {
+            return None;
+        }
+        let output = find_port(&link.from, self.kinds, true)?;
+        let all = self.names().flat_map(|name| {
+            let outputs = self.kinds.get(name).into_iter().flat_map(|kind| &kind.outputs);
+            outputs.map(move |it| (name, it))
+        });
+        let is_used = |name: &str, port: &str| {
+            let mut links = self.system.links.iter();
+            links.any(|it| it.from.component.value == name && it.from.port.value == port)
+        };
+        let mut unused = all.filter(|(name, it)| {
+            is_same_type(output, it) && it.id == output.id && !it.is_any() && !is_used(name, &it.id)
+        });
+        let (Some((name, port)), None) = (unused.next(), unused.next()) else { return None };
+        Some(format!("{name}.{}", port.id))
+    }
+
+    /// Returns the number of links from the same output to the same input.
+    fn count_alike(&self, link: &Link) -> usize {
+        let is_alike =
+            |it: &&Link| it.from.data() == link.from.data() && it.to.data() == link.to.data();
+        self.system.links.iter().filter(is_alike).count()
+    }
 }
 
 /// Merges a link to an input of another type with the input that takes its data and that nothing

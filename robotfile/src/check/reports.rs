@@ -45,7 +45,7 @@ pub(super) fn check(
                 let is_misspelt = report_misspelt(&on.event, findings);
                 let is_new = unknown.insert((&on.component.value, &on.event.value));
                 if manifest.is_some() && !is_misspelt && is_new {
-                    report_unknown(on, component, findings);
+                    report_undeclared_event(on, component, findings);
                 }
             }
         }
@@ -219,7 +219,7 @@ fn report_misspelt(event: &Spanned<String>, findings: &mut Findings) -> bool {
     true
 }
 
-fn report_unknown(on: &ReportRef, component: &Component, findings: &mut Findings) {
+fn report_undeclared_event(on: &ReportRef, component: &Component, findings: &mut Findings) {
     let message = format!(
         "the manifest of the kind {} lists no events, so it is not known whether {} reports {}",
         short(&component.kind.value),
