@@ -22,3 +22,4 @@ pub(crate) mod queue;
 mod simulation;
 mod stream;
 pub(crate) mod wire_out;
+mod writability;

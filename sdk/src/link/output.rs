@@ -14,11 +14,11 @@ use armor_wire::registry::DataEntry;
 use armor_wire::schema::{self, ANY_SCHEMA};
 use armor_wire::shared_memory::MemoryUse;
 use parking_lot::{Mutex, MutexGuard};
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::publishing::{LARGE_LEN, OutputState, PublishContext, encode_frame, offer_shared};
 use super::queue::ALL_LEN;
 use super::wire_out::OutgoingLink;
+use super::writability::wait_until_writable;
 use crate::message_type::MessageType;
 use crate::tap::TOOL_PREFIX;
 
@@ -27,10 +27,10 @@ use crate::tap::TOOL_PREFIX;
 const MAX_LINKS: usize = 512;
 const MAX_TOOLS: usize = 64;
 
-/// A sender that waits for a subscriber looks again after this, in ns: the socket wakes it earlier,
-/// a ring does not.
-const QUEUE_WAIT: i64 = 20_000_000;
-const RING_WAIT: i64 = 50_000;
+/// A sender that waits for a subscriber looks again after this: the socket wakes it earlier, a ring
+/// does not.
+const QUEUE_WAIT: Duration = Duration::from_millis(20);
+const RING_WAIT: Duration = Duration::from_micros(50);
 /// A subscriber that keeps up empties its ring within a few calls. For so long the sender only gives
 /// way to others: a sleep would take longer.
 const RING_YIELD: Duration = Duration::from_micros(100);
@@ -296,9 +296,7 @@ impl OutputPort {
                 state = self.lock_state();
                 continue;
             }
-            let mut fds: Vec<_> = full.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
-            let wait = if is_ring_full { RING_WAIT } else { QUEUE_WAIT };
-            let _ = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: wait }));
+            wait_until_writable(&full, if is_ring_full { RING_WAIT } else { QUEUE_WAIT });
             state = self.lock_state();
         }
     }

@@ -8,10 +8,10 @@ use std::time::{Duration, Instant};
 use armor_socket::is_temporary;
 use armor_wire::bincode;
 use armor_wire::bincode::enc::write::Writer;
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use super::queue::GATHER_LEN;
 use super::wire_out::OutgoingLink;
+use super::writability::wait_until_writable;
 
 /// Pieces from this size on are not copied together.
 const BULK_LEN: usize = 4 << 10;
@@ -70,10 +70,7 @@ impl<'a> FrameFanOut<'a> {
             } else if now.duration_since(last_progress) >= PATIENCE {
                 break;
             }
-            let mut fds: Vec<_> =
-                waiting.iter().map(|s| PollFd::new(&**s, PollFlags::OUT)).collect();
-            let patience = Timespec { tv_sec: 0, tv_nsec: i64::from(PATIENCE.subsec_nanos()) };
-            let _ = poll(&mut fds, Some(&patience));
+            wait_until_writable(&waiting, PATIENCE);
         }
         for streamed in &mut self.links {
             streamed.keep_rest(&small, bulk);
