@@ -50,35 +50,7 @@ impl RequestSocket {
         let _ = std::fs::remove_file(&path);
         let listener = UnixListener::bind(&path)
             .with_context(|| format!("the socket {} cannot be made", path.display()))?;
-        tokio::spawn(async move {
-            let seats = Arc::new(Semaphore::new(AT_ONCE));
-            let mut accepting = AcceptLog::default();
-            while let Ok(seat) = seats.clone().acquire_owned().await {
-                let stream = match listener.accept().await {
-                    Ok((stream, _)) => stream,
-                    Err(error) => {
-                        if accepting.note_failure(Instant::now()) {
-                            let text = format!("armor restart and stop get no answer: {error}");
-                            log.report(LAUNCHER, LogLevel::Warn, text);
-                        }
-                        tokio::time::sleep(ACCEPT_REST).await;
-                        continue;
-                    }
-                };
-                if accepting.note_success() {
-                    log.report(LAUNCHER, LogLevel::Info, "armor restart and stop work again");
-                }
-                if check_unix(&stream).is_ok() {
-                    let requests = requests.clone();
-                    tokio::spawn(async move {
-                        // A client that leaves or sends no request gets no reply.
-                        let serving = serve_client(stream, requests);
-                        let _ = tokio::time::timeout(CLIENT_WITHIN, serving).await;
-                        drop(seat);
-                    });
-                }
-            }
-        });
+        tokio::spawn(accept_clients(listener, requests, log));
         Ok(Self(path))
     }
 }
@@ -86,6 +58,40 @@ impl RequestSocket {
 impl Drop for RequestSocket {
     fn drop(&mut self) {
         let _ = std::fs::remove_file(&self.0);
+    }
+}
+
+async fn accept_clients(
+    listener: UnixListener,
+    requests: mpsc::Sender<ReceivedRequest>,
+    log: RunLog,
+) {
+    let seats = Arc::new(Semaphore::new(AT_ONCE));
+    let mut accepting = AcceptLog::default();
+    while let Ok(seat) = seats.clone().acquire_owned().await {
+        let stream = match listener.accept().await {
+            Ok((stream, _)) => stream,
+            Err(error) => {
+                if accepting.note_failure(Instant::now()) {
+                    let text = format!("armor restart and stop get no answer: {error}");
+                    log.report(LAUNCHER, LogLevel::Warn, text);
+                }
+                tokio::time::sleep(ACCEPT_REST).await;
+                continue;
+            }
+        };
+        if accepting.note_success() {
+            log.report(LAUNCHER, LogLevel::Info, "armor restart and stop work again");
+        }
+        if check_unix(&stream).is_ok() {
+            let requests = requests.clone();
+            tokio::spawn(async move {
+                // A client that leaves or sends no request gets no reply.
+                let serving = serve_client(stream, requests);
+                let _ = tokio::time::timeout(CLIENT_WITHIN, serving).await;
+                drop(seat);
+            });
+        }
     }
 }
 
