@@ -6,6 +6,7 @@ mod diary;
 pub mod dice;
 mod echoes;
 mod interrupt;
+mod kill_judgement;
 mod kills;
 mod log_times;
 mod mapper_kills;

@@ -47,8 +47,9 @@ impl<K: Eq + Hash> FaultTable<K> {
     }
 }
 
-/// Decides which failures of an accept loop are logged: each episode of them has one line at its
-/// beginning and one at its end, however many attempts fail in it.
+/// Decides which failures of an accept loop are logged: an episode of them has one line at its beginning
+/// and one at its end, however many attempts fail in it. At most one episode in [`EPISODE_PERIOD`] is
+/// logged: one that begins and ends within that time after the beginning of a logged one has no line.
 #[derive(Debug, Default)]
 pub struct AcceptLog {
     /// Whether an episode was logged that has not ended.
