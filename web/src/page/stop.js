@@ -6,11 +6,27 @@
 'use strict';
 
 const Stop = (() => {
+  // Longest time after a press in which STOP is ordered again: later the robot would stop by itself, when
+  // the person has long used the switch.
+  const ORDERED_FOR_MS = 60000;
+  // The server answers an order within 6 s, unless others wait.
+  const ORDERED_EVERY_MS = 6000;
+
+  const UNANSWERED = 'STOP not confirmed: the robot may be moving';
+  const REPEATED = 'STOP not confirmed, ordered again: use the switch if the robot moves';
+  const UNCONFIRMED = 'STOP not confirmed: use the switch on the robot';
+  const REFUSED = 'STOP not delivered: use the switch on the robot';
+  const RELEASED = 'STOP was released: press again to stop the robot';
+
   const button = document.getElementById('stop');
   const listeners = [];
   let socket = null;
-  let sent = 0;
-  // The last STOP, until the server has confirmed or refused it.
+  // Whether the connection has not answered since the last order over it: it may be dead.
+  let isSilent = false;
+  // The number of the last order, and of the first one of the last press.
+  let newest = 0;
+  let first = 1;
+  // The last press, until its STOP is confirmed, refused or given up.
   let waiting = null;
 
   function show(text, state) {
@@ -18,6 +34,15 @@ const Stop = (() => {
     button.dataset.state = state;
     listeners.forEach((listener) => listener(state, text));
     if (window.parent !== window) window.parent.postMessage({stop: state, text}, '*');
+  }
+
+  function isOpen() {
+    return Boolean(socket) && socket.readyState === WebSocket.OPEN;
+  }
+
+  function showReadiness() {
+    if (isOpen()) show('STOP', 'ready');
+    else show('STOP (not connected)', 'lost');
   }
 
   function connect() {
@@ -28,69 +53,107 @@ const Stop = (() => {
     socket = opened;
     let beat = null;
     opened.onopen = () => {
-      beat = setInterval(() => opened.send('{}'), 5000);
-      // A STOP without an answer is ordered again. One that was refused is not: the person has been
-      // sent to the switch, and the robot must not stop by itself minutes later.
+      isSilent = false;
+      beat = setInterval(() => opened.send(JSON.stringify({id: newest})), 1000);
       if (waiting) order();
-      else show('STOP', 'ready');
+      else noteConnection();
     };
     opened.onmessage = (event) => {
+      isSilent = false;
       const answer = JSON.parse(event.data);
-      if (answer.error) {
-        if (answer.id === waiting) refuse(answer.error.status);
-      } else if (answer.stopped && answer.id >= waiting) confirm();
+      if (answer.state) noteState(answer.state, answer.id);
+      else noteAnswer(answer, answer.id);
     };
     opened.onclose = () => {
       clearInterval(beat);
-      if (waiting) show('STOP not delivered: the robot may be moving', 'failed');
-      // A refusal stays in sight.
-      else if (button.dataset.state !== 'failed') show('STOP (not connected)', 'lost');
+      noteConnection();
       setTimeout(connect, 1000);
     };
   }
 
-  function confirm() {
-    waiting = null;
-    show('STOPPED', 'done');
-    setTimeout(() => { if (button.dataset.state === 'done') show('STOP', 'ready'); }, 3000);
-  }
-
-  function refuse(status) {
-    // Another press helps no more: the server has tried all means, or knows that there are none.
-    show('STOP not delivered: use the switch on the robot', 'failed');
-    // With any other status (504) the order may still be on its way.
-    if (status === 502) waiting = null;
-  }
-
-  function send() {
-    const number = waiting;
-    if (socket && socket.readyState === WebSocket.OPEN) {
-      socket.send(JSON.stringify({stop: true, id: number}));
+  function noteConnection() {
+    if (waiting) {
+      if (button.dataset.state === 'sent') show(UNANSWERED, 'failed');
       return;
     }
-    fetch('/api/stop', {method: 'POST'})
-      .then((response) => {
-        if (waiting !== number) return;
-        if (response.ok) confirm();
-        else if (response.status === 502) refuse(response.status);
-      })
-      .catch(() => {});
+    // A refusal stays in sight until the next press.
+    if (!['failed', 'done'].includes(button.dataset.state)) showReadiness();
+  }
+
+  // Takes the answer to an order. Any order of the press confirms it. Only the newest refuses it: the
+  // others may have been refused before the robot's components were connected.
+  function noteAnswer(answer, number) {
+    if (answer.stopped === true && number >= first) confirm();
+    else if (!waiting || number !== newest) return;
+    // The server has tried all means, or knows that there are none. The body is looked at because a
+    // reverse proxy in front of a dead server answers 502, too.
+    else if (answer.error && answer.error.status === 502) end(REFUSED);
+    else show(REPEATED, 'failed');
+  }
+
+  // Another client's STOP may be released while this one is ordered again.
+  function noteState(state, number) {
+    if (!waiting || number < first) return;
+    if (state.ordered) waiting.wasInForce = true;
+    else if (state.ordered === false && waiting.wasInForce) end(RELEASED);
+  }
+
+  function forget() {
+    if (!waiting) return;
+    clearInterval(waiting.repeating);
+    clearTimeout(waiting.ending);
+    // One that is still on its way would stop the robot after its release.
+    waiting.posts.abort();
+    waiting = null;
+  }
+
+  function confirm() {
+    forget();
+    show('STOPPED', 'done');
+    setTimeout(() => { if (button.dataset.state === 'done') showReadiness(); }, 3000);
+  }
+
+  function end(text) {
+    forget();
+    show(text, 'failed');
   }
 
   function order() {
-    show('STOP sent', 'sent');
-    send();
-    const number = waiting;
-    setTimeout(() => {
-      const isUnanswered = waiting === number && button.dataset.state === 'sent';
-      if (isUnanswered) show('STOP not confirmed: the robot may be moving', 'failed');
-    }, 1000);
+    // Timers do not run while a device sleeps.
+    if (Date.now() >= waiting.until) { end(UNCONFIRMED); return; }
+    newest += 1;
+    const number = newest;
+    if (number > first) show(REPEATED, 'failed');
+    if (isOpen() && !isSilent) {
+      isSilent = true;
+      socket.send(JSON.stringify({stop: true, id: number}));
+      return;
+    }
+    fetch('/api/stop', {method: 'POST', signal: waiting.posts.signal})
+      .then((response) => response.json().catch(() => ({})))
+      .then((answer) => noteAnswer(answer, number))
+      .catch(() => {});
   }
 
   function press() {
-    sent += 1;
-    waiting = sent;
+    // What an earlier press has sent may still be delivered.
+    const posts = waiting ? waiting.posts : new AbortController();
+    if (waiting) { clearInterval(waiting.repeating); clearTimeout(waiting.ending); }
+    const own = {
+      posts,
+      until: Date.now() + ORDERED_FOR_MS,
+      // The clock may be put back. This timer is the first, so it ends the press before the last interval.
+      ending: setTimeout(() => end(UNCONFIRMED), ORDERED_FOR_MS),
+      repeating: setInterval(order, ORDERED_EVERY_MS),
+      wasInForce: false,
+    };
+    waiting = own;
+    first = newest + 1;
+    show('STOP sent', 'sent');
     order();
+    setTimeout(() => {
+      if (waiting === own && button.dataset.state === 'sent') show(UNANSWERED, 'failed');
+    }, 1000);
   }
 
   button.addEventListener('pointerdown', press);
