@@ -236,6 +236,16 @@ fn the_server_of_the_command_line_logs_its_warnings() {
     client.write_all(b"GET /api/stop HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").expect("sent");
     client.set_read_timeout(Some(DEADLINE)).expect("a timeout");
     assert!(client.read(&mut [0; 64]).is_ok_and(|len| len > 0), "it is served");
+    // Only a registry that was found can be lost.
+    wait_for("the outputs of the system", || {
+        let mut client = connect().ok()?;
+        let request = "GET /api/data HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+        client.write_all(request.as_bytes()).ok()?;
+        client.set_read_timeout(Some(DEADLINE)).expect("a timeout");
+        let mut answer = String::new();
+        client.read_to_string(&mut answer).ok()?;
+        answer.contains("north.").then_some(())
+    });
     system.kill("registry");
     let warning = format!("WARN lost the registry at {registry}: ");
     let logged = wait_for("a warning", || {
