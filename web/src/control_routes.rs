@@ -4,6 +4,7 @@
 //! on it: after [`DEAD_MAN`] without one, or when the connection ends, a velocity of zero is
 //! published.
 
+use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -97,8 +98,7 @@ async fn serve_control(
             }
             () = seat.replaced.notified() => {
                 driver.halt();
-                let lost = json!({"lost": "another client has taken control"});
-                send_answer(&mut socket, &lost).await;
+                send_answer(&mut socket, &loss_of_control()).await;
                 return;
             }
             () = sleep_until(heard + SILENCE) => return,
@@ -106,18 +106,53 @@ async fn serve_control(
         };
         heard = Instant::now();
         let answer = match message {
-            Some(Ok(Message::Text(text))) => {
-                answer_message(&web, &caller, &mut driver, &text).await
-            }
-            Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Binary(_))) => None,
+            Some(Ok(Message::Text(text))) => match take_message(&web, &mut driver, &text) {
+                Ok(TakenMessage::Driven) => continue,
+                Ok(TakenMessage::Release) => release_stop(&web, &caller, &seat, &mut socket).await,
+                Err(failure) => Some(failure.to_json()),
+            },
+            Some(Ok(Message::Ping(_) | Message::Pong(_) | Message::Binary(_))) => continue,
             Some(Ok(Message::Close(_)) | Err(_)) | None => return,
         };
-        if let Some(answer) = answer
-            && !send_answer(&mut socket, &answer).await
-        {
+        let Some(answer) = answer else { return };
+        if !send_answer(&mut socket, &answer).await {
             return;
         }
+        heard = Instant::now();
     }
+}
+
+/// Releases STOP and returns the answer; none if the client leaves or loses control before, which ends a
+/// release that still waits. Messages that arrive meanwhile have no effect: a second release would be
+/// sent long after the button was pressed, and a velocity long after the stick was moved.
+async fn release_stop(
+    web: &WebState,
+    caller: &Caller,
+    seat: &ControlSeat,
+    socket: &mut WebSocket,
+) -> Option<Value> {
+    let mut releasing = pin!(web.stop.release(caller.name()));
+    loop {
+        tokio::select! {
+            biased;
+            released = &mut releasing => {
+                return Some(released.unwrap_or_else(|failure| failure.to_json()));
+            }
+            () = seat.replaced.notified() => {
+                send_answer(socket, &loss_of_control()).await;
+                return None;
+            }
+            message = socket.recv() => {
+                if let Some(Ok(Message::Close(_)) | Err(_)) | None = message {
+                    return None;
+                }
+            }
+        }
+    }
+}
+
+fn loss_of_control() -> Value {
+    json!({"lost": "another client has taken control"})
 }
 
 /// Returns whether the client has taken the answer.
@@ -126,32 +161,33 @@ async fn send_answer(socket: &mut WebSocket, answer: &Value) -> bool {
     matches!(timeout(ANSWER_WITHIN, sending).await, Ok(Ok(())))
 }
 
-async fn answer_message(
+/// What a message has left to be done.
+enum TakenMessage {
+    /// Nothing: its velocity, if it had one, is published.
+    Driven,
+    /// STOP is to be released.
+    Release,
+}
+
+fn take_message(
     web: &WebState,
-    caller: &Caller,
     driver: &mut ManualDriver,
     text: &str,
-) -> Option<Value> {
-    let message = match serde_json::from_str::<ControlMessage>(text) {
-        Ok(message) => message,
-        Err(error) => {
-            let remedy = "send {\"drive\": {\"forward_mps\": 0.1, \"turn_radps\": 0}} or \
-                          {\"release\": true}";
-            return Some(WebFailure::bad(error.to_string(), "the message", remedy).to_json());
-        }
-    };
-    if let Some(velocity) = message.drive
-        && let Err(failure) = driver.drive(web.stop.is_stopped(web.is_paused()), velocity)
-    {
-        return Some(failure.to_json());
+) -> Result<TakenMessage, WebFailure> {
+    let message: ControlMessage = serde_json::from_str(text).map_err(|error| {
+        let remedy = "send {\"drive\": {\"forward_mps\": 0.1, \"turn_radps\": 0}} or \
+                      {\"release\": true}";
+        WebFailure::bad(error.to_string(), "the message", remedy)
+    })?;
+    if let Some(velocity) = message.drive {
+        driver.drive(web.stop.is_stopped(web.is_paused()), velocity)?;
     }
-    if message.release {
-        // The robot must not start to move by a stick that is held.
-        driver.halt();
-        let releasing = web.stop.release(caller.name());
-        return Some(releasing.await.unwrap_or_else(|failure| failure.to_json()));
+    if !message.release {
+        return Ok(TakenMessage::Driven);
     }
-    None
+    // The robot must not start to move by a stick that is held.
+    driver.halt();
+    Ok(TakenMessage::Release)
 }
 
 /// Publishes velocities; zero when it is dropped while the robot moves.

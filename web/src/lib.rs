@@ -21,6 +21,7 @@ mod metrics;
 mod mission_routes;
 mod openapi;
 mod order_desk;
+mod order_queue;
 mod page;
 mod parameter_routes;
 mod process_usage;

@@ -86,14 +86,23 @@ struct Scene {
 impl Scene {
     /// Starts a server whose process publishes commands; without a component.
     fn begin() -> Self {
+        let robot = Arc::new(NotingRobot::default());
+        let commands: Arc<dyn RobotCommands> = Arc::clone(&robot) as _;
+        Self::start_server(robot, Some(commands))
+    }
+
+    /// As [`Self::begin`], but the process publishes no commands, as `armor web`.
+    fn begin_without_robot() -> Self {
+        Self::start_server(Arc::default(), None)
+    }
+
+    fn start_server(robot: Arc<NotingRobot>, commands: Option<Arc<dyn RobotCommands>>) -> Self {
         let listen = "127.0.0.1:0".parse().unwrap();
         let options = RegistryOptions { listen, ..RegistryOptions::default() };
         let registry = BackgroundRegistry::start(options).unwrap();
-        let robot = Arc::new(NotingRobot::default());
-        let commands: Arc<dyn RobotCommands> = Arc::clone(&robot) as _;
         let address = registry.address().to_string();
         let options = WebOptions { listen, keys: None, registry: address, author: "ruth".into() };
-        let server = WebServer::start(&options, Some(commands)).unwrap();
+        let server = WebServer::start(&options, commands).unwrap();
         Self { server, robot, _registry: registry }
     }
 

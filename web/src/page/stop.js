@@ -9,7 +9,7 @@ const Stop = (() => {
   // Longest time after a press in which STOP is ordered again: later the robot would stop by itself, when
   // the person has long used the switch.
   const ORDERED_FOR_MS = 60000;
-  // The server answers an order within 6 s, unless others wait.
+  // The server answers an order within 6 s, also if others wait.
   const ORDERED_EVERY_MS = 6000;
 
   const UNANSWERED = 'STOP not confirmed: the robot may be moving';

@@ -1,5 +1,9 @@
 //! STOP, control and driving.
 
+use armor_sdk::control::Order;
+use armor_sdk::node::{NodeOptions, SystemNode};
+use armor_sdk::orders::{GivenOrder, OrderEvent};
+
 use super::*;
 
 #[test]
@@ -49,6 +53,63 @@ fn only_the_client_in_control_may_release_stop() {
     drop(control);
     wait_for("the seat", || scene.open("/api/control").ok());
     assert_eq!(scene.send_json("POST", "/api/stop/release", &body).0, 403, "an old token");
+}
+
+/// An executive that answers when the test does.
+struct SlowExecutive {
+    node: SystemNode,
+    orders: std::sync::mpsc::Receiver<OrderEvent>,
+}
+
+impl SlowExecutive {
+    fn start(scene: &Scene) -> Self {
+        let registry = scene._registry.address().to_string();
+        let options = NodeOptions { name: "executive".into(), kind: "executive".into(), registry };
+        let node = SystemNode::start(&options, DEADLINE, |_| Ok(())).unwrap();
+        let orders = node.orders();
+        Self { node, orders }
+    }
+
+    fn next_order(&self) -> GivenOrder {
+        loop {
+            if let OrderEvent::Given(given) = self.orders.recv_timeout(DEADLINE).unwrap() {
+                return given;
+            }
+        }
+    }
+
+    fn accept(&self, given: &GivenOrder) {
+        self.node.answer(given.connection, given.request, true, "done".into());
+    }
+}
+
+#[test]
+fn a_release_that_is_repeated_while_the_executive_hangs_is_sent_once() {
+    let scene = Scene::begin_without_robot();
+    let executive = SlowExecutive::start(&scene);
+    let stop = || {
+        std::thread::scope(|threads| {
+            let stopping = threads.spawn(|| scene.send_json("POST", "/api/stop", ""));
+            let given = executive.next_order();
+            executive.accept(&given);
+            let (status, answer) = stopping.join().unwrap();
+            assert_eq!((status, answer["means"].as_str()), (200, Some("paused")), "{answer}");
+            given.order
+        })
+    };
+    assert_eq!(stop(), Order::Pause);
+    let mut control = scene.open("/api/control").unwrap();
+    read_json(&mut control);
+    write_json(&mut control, r#"{"release":true}"#);
+    let given = executive.next_order();
+    assert_eq!(given.order, Order::Resume);
+    write_json(&mut control, r#"{"release":true}"#);
+    // The server answers a ping as soon as it has read what was sent before.
+    control.send(tungstenite::Message::Ping(Vec::new().into())).unwrap();
+    assert!(matches!(control.read(), Ok(tungstenite::Message::Pong(_))));
+    executive.accept(&given);
+    assert_eq!(read_json(&mut control)["stopped"], false);
+    assert_eq!(stop(), Order::Pause, "no second release");
 }
 
 #[test]
