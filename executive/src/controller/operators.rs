@@ -225,7 +225,9 @@ impl Operators {
 
     /// Whether this operator may give this order now.
     fn check_allowed(&self, cx: &Context, given: &IncomingOrder) -> Result<(), String> {
-        if cx.is_stopping() {
+        // A pause is in the journal, so it applies to the executive that resumes the mission. If it were
+        // refused, that one would set the robot in motion although an operator has ordered STOP.
+        if cx.is_stopping() && given.order != MissionOrder::Pause {
             return Err("the executive is being stopped; the mission can be resumed later".into());
         }
         let needs_own = matches!(given.order, MissionOrder::Release | MissionOrder::Rejoin);

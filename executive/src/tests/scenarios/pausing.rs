@@ -327,3 +327,17 @@ fn a_mission_stopped_while_paused_is_resumed_paused() {
     bench.restarts();
     assert_eq!(bench.controller.marking(0.0).stage, MarkingStage::Paused);
 }
+
+#[test]
+fn a_pause_ordered_while_the_executive_is_being_stopped_applies_to_the_next_one() {
+    let mut bench = Bench::begun(office());
+    bench.tell(ControllerEvent::Stop);
+    let refused = bench.orders("ruth", MissionOrder::Resume);
+    assert!(refused.contains("is being stopped"), "{refused}");
+    assert_eq!(bench.orders("ruth", MissionOrder::Pause), "accepted: the mission is paused");
+    bench.obey();
+    assert_eq!(bench.wanted().last().map(String::as_str), Some("Interrupted"));
+    bench.restarts();
+    assert_eq!(bench.controller.marking(0.0).stage, MarkingStage::Paused);
+    assert_eq!(bench.marked(), ["explore"]);
+}
