@@ -255,13 +255,39 @@ def check_posted_stop(browser):
           "ready" not in server.page.evaluate("window.shown"))
 
 
+def serve_page(route):
+    file = PAGE / (route.request.url.removeprefix(SITE + "/") or "index.html")
+    if file.suffix in TYPES and file.exists():
+        route.fulfill(body=file.read_bytes(), content_type=TYPES[file.suffix])
+    else:
+        route.abort()
+
+
+def check_covered(browser):
+    for width, height in ((390, 844), (320, 568), (844, 390), (1280, 800)):
+        page = browser.new_page(viewport={"width": width, "height": height}, has_touch=True)
+        page.route("**/*", serve_page)
+        page.goto(SITE + "/")
+        page.evaluate("""() => {
+            document.getElementById('values').innerHTML = '<dt>a value<dd>1'.repeat(50);
+            document.querySelectorAll('aside details').forEach((it) => { it.open = true; });
+            for (const box of [document.scrollingElement, document.querySelector('aside')]) {
+                box.scrollTop = box.scrollHeight;
+            }
+        }""")
+        last, button = (page.locator(it).bounding_box() for it in ("aside section >> nth=-1", "footer"))
+        check(f"STOP covers nothing at the end of a page of {width} x {height}",
+              last["y"] + last["height"] <= button["y"])
+        page.close()
+
+
 def main():
     from playwright.sync_api import sync_playwright
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=os.environ.get("CHROMIUM", "/usr/bin/chromium"), args=["--no-sandbox"])
         for check_button in (check_refused, check_unanswered, check_silent, check_limit, check_released,
-                             check_posted, check_posted_stop):
+                             check_posted, check_posted_stop, check_covered):
             check_button(browser)
         browser.close()
     print("all is well")
