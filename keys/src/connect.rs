@@ -1,27 +1,23 @@
-//! The other end of a gate: connects to it and proves a key, that of a person or of a host. For a
-//! person, a SOCKS5 proxy on loopback carries each connection of this user's tools over TLS to the gate.
+//! The other end of a gate: connects to it, proves a key, that of a person or of a host, and sends
+//! requests.
+
+mod session;
+mod tools;
 
 use std::io;
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
-use armor_socket::AcceptLog;
-use armor_wire::acting::KeyRole;
-use armor_wire::backoff::Backoff;
 use armor_wire::clock::ClockSample;
-use armor_wire::frame::{self, FrameKind};
 use armor_wire::gate::{GateReply, GateRequest, HostExamination};
 use armor_wire::hello::Refusal;
-use armor_wire::liveness::{BEAT, SILENCE};
 use armor_wire::remote_process::HostAddress;
 use parking_lot::Mutex;
 use rustls::ClientConfig;
 use rustls::pki_types::ServerName;
 use thiserror::Error;
-use tokio::io::AsyncWriteExt;
-use tokio::net::{TcpListener, TcpStream};
+use tokio::net::TcpStream;
 use tokio::time;
 use tokio_rustls::TlsConnector;
 use tokio_rustls::client::TlsStream;
@@ -34,8 +30,10 @@ use crate::host_keys::HostKeys;
 use crate::identity::KeyPurpose;
 use crate::key_file::KeyFile;
 use crate::redial::connect_repeatedly;
-use crate::streams::{own_stream, tune_stream};
+use crate::streams::tune_stream;
 use crate::tls::{client_config, explain_tls_error};
+pub use session::{GateNotice, GateSession};
+pub use tools::ToolNotice;
 
 /// How long connecting to the gate may take, and then its answer.
 pub(crate) const LIMIT: Duration = Duration::from_secs(5);
@@ -43,13 +41,6 @@ pub(crate) const LIMIT: Duration = Duration::from_secs(5);
 const EXAMINES_WITHIN: Duration = Duration::from_secs(30);
 /// Period with which a host looks whether the key at the other end is revoked.
 const LOOK_AT_KEYS: Duration = Duration::from_millis(250);
-/// Wait after the first failed attempt to reach the gate.
-const FIRST_DELAY: Duration = Duration::from_millis(100);
-/// Rest after a connection of a tool that could not be accepted, such as for want of descriptors.
-const ACCEPT_REST: Duration = Duration::from_millis(200);
-/// Longest wait between two attempts.
-const MOST_DELAY: Duration = Duration::from_secs(1);
-
 /// Why the gate cannot be used.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum GateError {
@@ -109,39 +100,6 @@ enum KeySource {
 struct LoadedKey {
     facts: CertificateFacts,
     config: Arc<ClientConfig>,
-}
-
-/// What the gate reports of the session.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct GateSession {
-    /// The name of the gate in its key.
-    pub host: String,
-    /// The holder of the key.
-    pub name: String,
-    /// Its role.
-    pub role: KeyRole,
-    /// Where the registry of the system listens on the robot's host.
-    pub registry: SocketAddr,
-}
-
-/// A change of the connection to the gate.
-#[derive(Clone, Debug, PartialEq)]
-pub enum GateNotice {
-    /// It is there.
-    Connected(GateSession),
-    /// It is not; it is tried again.
-    Lost(GateError),
-}
-
-/// What [`GateClient::serve_tools`] reports.
-#[derive(Debug)]
-pub enum ToolNotice {
-    /// A tool's connection was not carried to the gate.
-    NotCarried(GateError),
-    /// No tool's connection can be accepted; it is tried again.
-    NotAccepting(io::Error),
-    /// Connections are accepted again.
-    AcceptsAgain,
 }
 
 impl GateClient {
@@ -217,129 +175,6 @@ impl GateClient {
                 keys.look();
                 Arc::clone(&keys.client)
             }
-        }
-    }
-
-    /// Keeps a session with the gate for as long as the future lives, and reports its changes.
-    pub async fn watch_gate(&self, mut tell: impl FnMut(GateNotice)) {
-        let mut backoff = Backoff::new(FIRST_DELAY, MOST_DELAY, armor_socket::random_id());
-        let mut last = None;
-        loop {
-            let error = match self.open_session().await {
-                Ok((session, mut stream)) => {
-                    backoff.reset();
-                    last = None;
-                    tell(GateNotice::Connected(session));
-                    self.wait_for_end(&mut stream).await
-                }
-                Err(error) => error,
-            };
-            // Each reason once, until the gate is back.
-            if last.as_ref() != Some(&error) {
-                tell(GateNotice::Lost(error.clone()));
-                last = Some(error);
-            }
-            time::sleep(backoff.delay()).await;
-            // A renewed key is used from here on; one that cannot be used leaves the old one.
-            if let KeySource::Person { path, key } = &self.key
-                && let Ok(loaded) = load_key(path)
-            {
-                *key.lock() = loaded;
-            }
-        }
-    }
-
-    /// Serves the tools of this user: each of their connections is carried to the gate. `report` gets
-    /// what prevents that.
-    pub async fn serve_tools(
-        self: Arc<Self>,
-        listener: TcpListener,
-        report: impl Fn(ToolNotice) + Clone + Send + 'static,
-    ) {
-        let mut log = AcceptLog::default();
-        loop {
-            let stream = match listener.accept().await {
-                Ok((stream, _)) => stream,
-                Err(error) => {
-                    if log.note_failure(Instant::now()) {
-                        report(ToolNotice::NotAccepting(error));
-                    }
-                    time::sleep(ACCEPT_REST).await;
-                    continue;
-                }
-            };
-            if log.note_success() {
-                report(ToolNotice::AcceptsAgain);
-            }
-            let (client, report) = (Arc::clone(&self), report.clone());
-            tokio::spawn(async move {
-                if let Err(error) = client.serve_tool(stream).await {
-                    report(ToolNotice::NotCarried(error));
-                }
-            });
-        }
-    }
-
-    async fn serve_tool(&self, stream: TcpStream) -> Result<(), GateError> {
-        // Other users of this computer do not act with this key.
-        let Ok(mut tool) = own_stream(stream) else { return Ok(()) };
-        let Ok(Ok(address)) = time::timeout(LIMIT, crate::socks::read_request(&mut tool)).await
-        else {
-            return Ok(());
-        };
-        // Tools do not ask for datagrams.
-        self.carry(tool, address, None).await
-    }
-
-    async fn open_session(&self) -> Result<(GateSession, TlsStream<TcpStream>), GateError> {
-        let (stream, reply) = self.request(GateRequest::Watch).await?;
-        match reply {
-            GateReply::Session { host, name, role, registry } => {
-                let registry = registry
-                    .parse()
-                    .map_err(|_| self.unreachable("it does not name a registry"))?;
-                Ok((GateSession { host, name, role, registry }, stream))
-            }
-            GateReply::Refused { refusal } => Err(GateError::Refused(refusal)),
-            GateReply::Connected
-            | GateReply::ExecutableWanted
-            | GateReply::Clock { .. }
-            | GateReply::Examined { .. } => Err(self.unreachable("it answers another request")),
-        }
-    }
-
-    /// Beats, and waits until the session ends.
-    async fn wait_for_end(&self, stream: &mut TlsStream<TcpStream>) -> GateError {
-        let (mut reader, mut writer) = tokio::io::split(stream);
-        let beats = async {
-            loop {
-                time::sleep(BEAT).await;
-                writer.write_all(&frame::signal(FrameKind::Beat)).await?;
-                writer.flush().await?;
-            }
-        };
-        let hear = async {
-            loop {
-                let frame = time::timeout(SILENCE, crate::frames::read_frame(&mut reader)).await;
-                match frame.map_err(|_| io::Error::other("it has fallen silent"))?? {
-                    (FrameKind::Beat, _) => {}
-                    (FrameKind::Control, body) => {
-                        let reply = armor_wire::codec::decode_control(&body);
-                        if let Ok(GateReply::Refused { refusal }) = reply {
-                            return Ok(refusal);
-                        }
-                    }
-                    _ => return Err(io::Error::from(io::ErrorKind::InvalidData)),
-                }
-            }
-        };
-        let ended: io::Result<Refusal> = tokio::select! {
-            broken = beats => broken,
-            ended = hear => ended,
-        };
-        match ended {
-            Ok(refusal) => GateError::Refused(refusal),
-            Err(error) => explain_error(&self.name_gate(), &error),
         }
     }
 
