@@ -5,6 +5,7 @@ use armor_geo::MapPoint;
 
 use super::*;
 use crate::map_view::camera::map_point;
+use crate::map_view::movers::RouteDrivers;
 use crate::project::Project;
 
 const DRAWN: &str = r#"<armor version="1">
