@@ -252,6 +252,10 @@ fn the_server_of_the_command_line_logs_its_warnings() {
         std::fs::read_to_string(&log).ok().filter(|logged| logged.contains(&warning))
     });
     assert!(!logged.contains("is refused"), "no client is refused: {logged}");
+    // No launcher adds the date.
+    let line = logged.lines().find(|line| line.contains(&warning)).expect("the warning");
+    let date = line.split(' ').next().and_then(|date| date.strip_suffix('Z'));
+    assert!(date.is_some_and(|date| date.as_bytes()[10] == b'T'), "{line}");
 }
 
 #[test]

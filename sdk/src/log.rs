@@ -1,5 +1,5 @@
-//! The log of a component's process: plain lines on stderr, to which the launcher adds time and
-//! name.
+//! The log of a component's process: plain lines on stderr. The launcher adds time and name to those of
+//! its processes; a process that was started by hand adds the date itself.
 //! A component logs with the macros of `tracing`; what is written is filtered by level and module, and
 //! the filter can be changed while the process runs.
 
@@ -14,6 +14,9 @@ use tracing_subscriber::util::SubscriberInitExt;
 
 /// Longest filter that is accepted, in bytes.
 const MAX_FILTER_LEN: usize = 1 << 10;
+
+/// Set in the environment of every process whose lines a launcher reads.
+const LAUNCHED_VARIABLE: &str = "ARMOR_PROCESS";
 
 /// Libraries that log as INFO what is of use only to them, and the level from which on they are logged.
 /// `notify` does so whenever a file that is watched is replaced.
@@ -32,9 +35,14 @@ pub fn init() {
     let lines = tracing_subscriber::fmt::layer()
         .with_writer(std::io::stderr)
         .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .without_time();
-    if tracing_subscriber::registry().with(targets).with(lines).try_init().is_ok() {
+        .with_target(false);
+    let registry = tracing_subscriber::registry().with(targets);
+    let begun = if std::env::var_os(LAUNCHED_VARIABLE).is_some() {
+        registry.with(lines.without_time()).try_init()
+    } else {
+        registry.with(lines).try_init()
+    };
+    if begun.is_ok() {
         let _ = FILTER.set(handle);
     }
 }
