@@ -4,7 +4,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 "${MDBOOK:-mdbook}" build 2>&1 | tee book.log
-# mdBook reports a broken chapter or theme as a warning and goes on.
+# mdBook reports a broken chapter or theme as a warning and continues.
 if grep -E 'WARN|ERROR' book.log; then exit 1; fi
 rm book.log
 # A link to Markdown outside of the book, such as `../ARCHITECTURE.md`, is no page of it: mdBook

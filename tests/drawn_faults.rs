@@ -70,7 +70,7 @@ const DRAWN: &str = r#"<armor version="1">
 
 /// Time between two looks at the robots.
 const STEP: Duration = Duration::from_millis(20);
-/// A mission that is not over by then hangs.
+/// A mission that is not over within this time hangs.
 const LATEST: Duration = Duration::from_secs(600);
 /// The speed that a robot keeps, in metres per second, and how much it differs from run to run.
 const SPEED_MPS: f64 = 0.8;

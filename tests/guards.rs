@@ -94,7 +94,7 @@ fn a_low_battery_sends_the_robot_home_despite_kills_of_the_executive() {
 #[test]
 fn a_provider_that_stays_away_is_reported_as_missing() {
     // 5 s are enough for the first value on a busy machine. The simulator is not the launcher's: one
-    // that the launcher gives up ends the mission at once.
+    // that the launcher gives up ends the mission immediately.
     let mut system = draft("when='not known(battery)' after='5s'")
         .run_with(Folder::new("blind"), &["--without", "simulator"]);
     let registry = system.registry.to_string();

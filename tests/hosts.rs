@@ -116,7 +116,7 @@ impl Hosts {
         self.folder.run("out", &[&all, arguments].concat())
     }
 
-    /// What `armor doctor` finds of the other host, and what it says to do.
+    /// What `armor doctor` finds of the other host, and what it advises.
     fn examine(&self) -> (String, String) {
         self.find_diagnosis("host", "arm")
     }

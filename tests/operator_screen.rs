@@ -71,7 +71,7 @@ impl Drop for Station {
     }
 }
 
-/// Writes the file: with a component that dies at its start, or a mission that goes on.
+/// Writes the file: with a component that dies at its start, or a mission that continues.
 fn write_robot(folder: &Folder, component: &str, after: &str) {
     let text = ROBOT.replace("COMPONENT", component).replace("AFTER", after);
     folder.write("rover.xml", &text);
@@ -118,7 +118,7 @@ fn the_window_stays_with_the_reason_and_shows_the_next_run_of_the_file() {
     assert_eq!(run.code(), Some(0), "{}", run.log());
     station.wait_for_line("has ended: the mission reached its goal", 1);
 
-    // The same file again, with a mission that goes on: interrupted, and then killed.
+    // The same file again, with a mission that continues: interrupted, and then killed.
     write_robot(&folder, "", "operator='true'");
     let mut run = start(&folder);
     station.wait_for_line("shows rover", 2);

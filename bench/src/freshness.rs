@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// One period, and 10 ms.
 const GOAL_MS: f64 = 43.3;
 
-/// A message that says when it was published, on the clock that all processes share.
+/// A message that contains when it was published, on the clock that all processes share.
 #[derive(Message, Clone, Debug, PartialEq)]
 struct TimedBlob {
     published_ns: u64,

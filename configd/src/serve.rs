@@ -34,7 +34,7 @@ pub struct ConfigdOptions {
     pub limits: ServerLimits,
     /// Values that go over those of every version of the file.
     pub overrides: Vec<Override>,
-    /// The data that time follows, whatever the file says: `component.output`.
+    /// The data that time follows, whatever the file specifies: `component.output`.
     pub clock: Option<String>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,

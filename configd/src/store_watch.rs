@@ -10,7 +10,7 @@ use parking_lot::Mutex;
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::fs::inotify::{self, CreateFlags, ReadFlags, WatchFlags};
 
-/// Bytes for the events that are read at once; a name has 255 at most.
+/// Bytes for the events that are read together; a name has 255 at most.
 const EVENT_BYTES: usize = 4096;
 
 /// The folder in which configd keeps the accepted versions.
@@ -27,7 +27,7 @@ impl KeptWatch {
         Self { folder, events: Mutex::new(None) }
     }
 
-    /// Waits until there may be another version in the folder, at most so long. A folder that the
+    /// Waits until there may be another version in the folder, at most for this time. A folder that the
     /// kernel cannot watch is waited for that long.
     pub fn wait(&self, at_most: Duration) {
         let mut events = self.events.lock();

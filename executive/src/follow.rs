@@ -33,7 +33,7 @@ impl Newer {
         (self.find)(known)
     }
 
-    /// Waits until there may be a newer version, at most so long.
+    /// Waits until there may be a newer version, at most for this time.
     pub fn wait(&self, at_most: Duration) {
         (self.wait)(at_most);
     }

@@ -24,7 +24,7 @@ pub(crate) fn read_again(
     replay_records(began, &story.records).map_err(refused)
 }
 
-/// The plan in the time that the options name, whatever its file says.
+/// The plan in the time that the options name, whatever its file specifies.
 fn set_clock(plan: Plan, options: &ExecutiveOptions) -> Plan {
     match &options.clock {
         Some(clock) => plan.with_clock(clock.clone()),

@@ -54,7 +54,7 @@ pub struct ExecutiveOptions {
     pub given_up: GivenUpComponents,
     /// How long the journal grows before it is cut, in bytes; see [`crate::journal::CUT_AT`].
     pub cut_at: u64,
-    /// The data that time follows, whatever the file says: `component.output`.
+    /// The data that time follows, whatever the file specifies: `component.output`.
     pub clock: Option<String>,
     /// Whether this host's clock counts as right although no time service is known to keep it.
     pub trust_clock: bool,

@@ -102,7 +102,7 @@ fn refuse_irregular(file: File) -> io::Result<File> {
     if kind.is_file() { Ok(file) } else { Err(irregular(kind)) }
 }
 
-/// Says what it is that cannot be opened, if it is no regular file.
+/// States what it is that cannot be opened, if it is no regular file.
 fn explain_irregular(path: &Path, error: io::Error) -> io::Error {
     match fs::metadata(path).map(|metadata| metadata.file_type()) {
         Ok(kind) if !kind.is_file() => irregular(kind),

@@ -27,7 +27,7 @@ pub struct ObservedLink {
     pub sent: u64,
     /// Data dropped by the provider or in the consumer's process, because the consumer was slow.
     pub dropped: u64,
-    /// Data published between two pulls, which nobody has asked for.
+    /// Data published between two pulls, which no pull has asked for.
     pub skipped: u64,
     /// Messages of the input's history that were dropped before their time, because all were too
     /// long together.

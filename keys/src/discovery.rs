@@ -1,7 +1,7 @@
 //! Where the agents of hosts are, if the file gives no address: an agent announces itself on the local
 //! network by multicast DNS (RFC 6762, with DNS-SD, RFC 6763), and others listen for it.
 //!
-//! Anyone on the network can announce anything. An announcement only says where to connect; who is
+//! Anyone on the network can announce anything. An announcement only states where to connect; who is
 //! there is proven by the keys, as at an address in the file.
 
 use std::collections::{HashMap, HashSet};
@@ -50,7 +50,7 @@ impl Announcement {
 
 impl Drop for Announcement {
     fn drop(&mut self) {
-        // It says goodbye first, so that nobody waits for an agent that has ended.
+        // It sends a goodbye first, so that no launcher waits for an agent that has ended.
         if let Ok(ended) = self.0.shutdown() {
             let _ = ended.recv_timeout(Duration::from_secs(1));
         }

@@ -2,7 +2,7 @@
 //! and what is accepted when. Pure: the time is an argument, and the secrets are made elsewhere.
 //!
 //! Only hashes of secrets are stored. The secrets are random and long, so that a hash without salt
-//! tells nothing about them.
+//! reveals nothing about them.
 
 use std::fmt::Write;
 use std::hint::black_box;

@@ -1,5 +1,5 @@
 //! The connection on which a component of another host is run: orders in one direction, events in the
-//! other, beats in both. Its end says only that the two hosts are cut off from each other.
+//! other, beats in both. Its end means only that the two hosts are cut off from each other.
 
 use std::io::{self, Read};
 use std::path::Path;

@@ -3,7 +3,7 @@
 //!
 //! The launcher of the system decides what runs; the agent only carries it out, so that there is one
 //! place where restarts are counted and nothing runs twice. It keeps a process over a cut of the
-//! connection if the file says so.
+//! connection if the file specifies that.
 
 mod executables;
 mod freezing;

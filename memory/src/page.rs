@@ -102,7 +102,7 @@ impl<'a, W: Word> PageWords<'a, W> {
     }
 
     /// Subscriber: it will sleep. It must look at the ring once more afterwards, since what was
-    /// pushed before this call wakes nobody.
+    /// pushed before this call wakes no thread.
     pub fn announce_sleep(&self) {
         self.sleeps.swap(1);
     }

@@ -66,10 +66,10 @@ impl<M> SlotPool<M> {
         self.slots.iter().find(|slot| slot.number == number)
     }
 
-    /// Where a message of `len` bytes goes, if there may be `most` slots. `is_held` says whether a
+    /// Where a message of `len` bytes goes, if there may be `most` slots. `is_held` returns whether a
     /// subscriber may still read the slot of an index.
     pub fn place(&self, len: usize, most: u32, is_held: impl Fn(u32) -> bool) -> Placement {
-        // Each slot is looked at once: a subscriber may give it back between two looks.
+        // Each slot is looked at one time: a subscriber may give it back between two looks.
         let (mut fitting, mut instead_of) = (None::<usize>, None);
         for (place, slot) in self.slots.iter().enumerate() {
             if is_held(slot.index) {

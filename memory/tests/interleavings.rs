@@ -1,5 +1,5 @@
 //! Every interleaving of a publisher and its subscribers, by loom: no slot is written while it is
-//! read, none is read with another message than the ring promises, and nobody sleeps while a message
+//! read, none is read with another message than the ring promises, and no end sleeps while a message
 //! waits for them.
 
 use armor_memory::{

@@ -2,7 +2,7 @@
 //! a recorder that is killed a hundred times, and a recording of a gigabyte.
 //!
 //! `cargo run --release -p armor-recording --example recording_figures -- FOLDER [LOAD|KILLS|SEEK]`.
-//! The folder says which disk is measured; what is written there is removed. Each part that is measured
+//! The folder determines which disk is measured; what is written there is removed. Each part that is measured
 //! is a process of its own: this program again, with the role as its first argument.
 
 use std::collections::BTreeMap;

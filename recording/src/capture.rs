@@ -38,7 +38,7 @@ pub const LEAST_FREE: u64 = 256 << 20;
 const FLUSH_EVERY: Duration = Duration::from_millis(500);
 /// Time between two searches for new outputs.
 const LIST_EVERY: Duration = Duration::from_millis(500);
-/// A registry that is silent for so long has ended with its system.
+/// A registry that is silent for this time has ended with its system.
 const ENDED_AFTER: Duration = Duration::from_secs(5);
 const NEXT_WITHIN: Duration = Duration::from_millis(20);
 /// Messages between two looks at the time, while one follows the other.

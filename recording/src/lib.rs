@@ -43,7 +43,7 @@ pub const PROFILE: &str = "armor";
 const ROS2_PROFILE: &str = "ros2";
 /// What ROS 2 writes about the publishers of a topic.
 const ROS_QOS: &str = "offered_qos_profiles";
-/// The metadata record that says what was recorded.
+/// The metadata record that states what was recorded.
 const ABOUT: &str = "armor";
 /// The metadata record at the end of a complete file: for each output how many messages were lost,
 /// and the stamps of its first and its last one.

@@ -74,7 +74,7 @@ struct RegistryClient {
     is_configd: bool,
     /// The other host on which it runs.
     host: Option<ForeignHost>,
-    /// The data that it may read, whatever the file says by now; only of a process of another host.
+    /// The data that it may read, whatever the file specifies meanwhile; only of a process of another host.
     granted: BTreeSet<String>,
 }
 

@@ -56,7 +56,7 @@ pub struct Finding {
     pub(crate) stops_transition: bool,
     /// Whether it may follow from any other finding.
     pub(crate) may_follow: bool,
-    /// The components that it says are frozen at the wrong time; those of the same are one mistake.
+    /// The components that it reports as frozen at the wrong time; those of the same are one mistake.
     pub(crate) frozen: Vec<String>,
     /// Further places of the same mistake; of [`Code::More`], how many findings were left out.
     pub(crate) more: usize,
@@ -134,7 +134,7 @@ impl Finding {
         Self { stops_transition: true, ..self }
     }
 
-    /// Records the components that it says are frozen at the wrong time.
+    /// Records the components that it reports as frozen at the wrong time.
     #[must_use]
     pub(crate) fn frozen<'a>(mut self, components: impl IntoIterator<Item = &'a str>) -> Self {
         self.frozen = components.into_iter().map(str::to_owned).collect();

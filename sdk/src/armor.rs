@@ -146,7 +146,7 @@ impl Armor {
     }
 
     /// Forbids the executive to freeze this component: it serves a person, or another system. Only
-    /// in the constructor: the manifest says so, and `armor check` refuses a mission that names it.
+    /// in the constructor: the manifest contains it, and `armor check` refuses a mission that names it.
     ///
     /// # Errors
     /// [`DeclareError::LateNonControllable`] after the constructor.

@@ -124,7 +124,7 @@ impl<'a> Data<'a> {
         Self { payload, declared, inputs: &[], place: 0 }
     }
 
-    /// The last messages of an input of this component, this one or another, as many as the file says
+    /// The last messages of an input of this component, this one or another, as many as its link keeps
     /// (`history="n"` of its link).
     ///
     /// A history is that of one source: messages of two are no series to interpolate in. For an input

@@ -43,7 +43,7 @@ const START_LIMIT: Duration = Duration::from_secs(20);
 const LEAVE_LIMIT: Duration = Duration::from_millis(500);
 /// Time between two looks at whether they have.
 const LEAVE_PERIOD: Duration = Duration::from_millis(5);
-/// Where the registry is, unless the command line says so.
+/// Where the registry is, unless the command line specifies it.
 const REGISTRY_VARIABLE: &str = "ARMOR_REGISTRY";
 /// Exit codes of a process that has ended in order, of one that could not begin its work, and of one
 /// whose command line is wrong.

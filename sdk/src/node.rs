@@ -136,7 +136,7 @@ impl SystemNode {
         BusyMarker(Arc::clone(&self.participant))
     }
 
-    /// Declares that this process has done what it is for; it goes on until it is ended.
+    /// Declares that this process has done what it is for; it continues until it is ended.
     pub fn set_done(&self) {
         self.participant.lifecycle.enter_state(RunState::Done, 0);
     }
@@ -164,7 +164,7 @@ impl SystemNode {
 pub struct BusyMarker(Arc<Participant>);
 
 impl BusyMarker {
-    /// Marks it, until [`SystemNode::set_busy`] says otherwise.
+    /// Marks it, until [`SystemNode::set_busy`] changes that.
     pub fn mark(&self) {
         self.0.is_busy.store(true, Ordering::Relaxed);
     }

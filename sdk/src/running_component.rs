@@ -104,8 +104,8 @@ impl RunningComponent {
         self.hand_over_data(index, header, (lost, arrived_s), payload, self.executes_on_data);
     }
 
-    /// Asks the publishers of all inputs that pull at once, and hands over what comes in time. What
-    /// comes later is handed over with the next pull, unless there are newer data by then. How long
+    /// Asks the publishers of all inputs that pull together, and hands over what comes in time. What
+    /// comes later is handed over with the next pull, unless newer data have arrived before it. How long
     /// that took is traced, and how much of it without the component's own code.
     pub fn pull_inputs(&mut self) {
         if !self.pulls || !self.is_active() {

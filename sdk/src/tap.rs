@@ -359,7 +359,7 @@ impl Tap {
         }
     }
 
-    /// Whether nothing has arrived for so long that the publisher may be dead: the next
+    /// Whether nothing has arrived for a time after which the publisher may be dead: the next
     /// [`Self::receive_now`] ends the link, unless something waits in the socket.
     pub fn is_silent(&self, now: Instant) -> bool {
         now.duration_since(self.heard) >= SILENCE

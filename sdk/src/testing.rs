@@ -38,7 +38,7 @@
 //!
 //! A step in which the component fails is an error of the test, with the reason: a function that
 //! returns an error or panics, an [`Outcome::Failed`](crate::Outcome::Failed). A test that expects the
-//! failure takes the error (`let error = doubler.send(…).unwrap_err();`), or goes on and reads
+//! failure takes the error (`let error = doubler.send(…).unwrap_err();`), or continues and reads
 //! [`TestedComponent::reports`].
 
 mod error;

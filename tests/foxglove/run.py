@@ -355,7 +355,7 @@ def check_strangers(robot):
 
 
 def check_damage(robot, count=20_000):
-    """Requests with random damage: none ends the server, and the robot goes on."""
+    """Requests with random damage: none ends the server, and the robot continues."""
     dice, opened = random.Random(7), 0
     requests = [
         json.dumps({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 2}]}),

@@ -13,7 +13,7 @@ fn an_agent_that_announces_itself_is_found_wherever_it_listens() {
     let (code, _, err) = run_to_end(&mut hosts.folder.armor(&gate));
     assert!(code == 1 && err.contains("arm cannot reach the gate of this host"), "{code} {err}");
 
-    // One that does not announce itself is not found, and the reason says what to do.
+    // One that does not announce itself is not found, and the reason states what to do.
     let silent = hosts.start_agent("robot");
     let gate = format!("0.0.0.0:{}", hosts.gate);
     let run = ["robots.xml", "--headless", "--keys", "robot", "--gate", &gate];
@@ -30,7 +30,7 @@ fn an_agent_that_announces_itself_is_found_wherever_it_listens() {
     assert!(found.starts_with("ok: arm answers at mdns after"), "{found} {address}");
     assert_eq!(hosts.lines(&run, &["ps"]).iter().filter(|one| one["host"] == "arm").count(), 1);
 
-    // Killed, it says no goodbye; the next one, at another port, is found all the same.
+    // Killed, it sends no goodbye; the next one, at another port, is found all the same.
     agent.kill();
     hosts.agent = free_port();
     let agent = hosts.start_agent_with("robot", &["--announce"]);

@@ -1,5 +1,5 @@
 //! Floods of strangers of the same user at every port: idle connections, garbage, and slow handshakes. A
-//! newcomer gets in, links go on, and memory comes back. `ARMOR_FULL=1` makes as many as
+//! newcomer gets in, links continue, and memory comes back. `ARMOR_FULL=1` makes as many as
 //! docs/reliability.md has, and prints the figures.
 
 use std::io::{Read, Write};

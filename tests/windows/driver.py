@@ -18,7 +18,7 @@ gi.require_version("Atspi", "2.0")
 from gi.repository import Atspi, GLib  # noqa: E402
 
 SIZE = (1360, 860)
-# A window that does not show what is expected by then hangs, or never will.
+# A window that does not show what is expected within this time hangs, or never will.
 PATIENCE_S = 30.0
 LOOK_EVERY_S = 0.2
 # egui reads the pointer once a frame: two positions within one frame are one.

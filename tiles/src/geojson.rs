@@ -24,7 +24,7 @@ struct ShapeReader {
     points: usize,
 }
 
-/// Opens a plan, and says in which plane it is painted: degrees are painted in Web Mercator.
+/// Opens a plan, and states in which plane it is painted: degrees are painted in Web Mercator.
 pub(crate) fn open_geojson(path: &Path) -> Result<(DrawnPlan, MapReference), OpenError> {
     let file = path.display().to_string();
     let error = |place: String, fault| OpenError::new(&file, place, fault);

@@ -62,7 +62,7 @@ fn tiff_fault(error: &TiffError) -> PictureFault {
     PictureFault::Tiff(error.to_string())
 }
 
-/// Opens a picture, and says in which reference it is.
+/// Opens a picture, and states in which reference it is.
 pub(crate) fn open_geotiff(path: &Path) -> Result<(Box<dyn TileReader>, MapReference), OpenError> {
     let file = path.display().to_string();
     let picture = |fault: PictureFault| OpenError::new(&file, "", fault.into());

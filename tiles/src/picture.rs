@@ -149,7 +149,7 @@ impl TileReader for WholePicture {
     }
 }
 
-/// Opens a PNG or JPEG that has a world file next to it, and says in which reference that is.
+/// Opens a PNG or JPEG that has a world file next to it, and states in which reference that is.
 pub(crate) fn open_with_world_file(
     path: &Path,
     format: PixelFormat,

@@ -147,7 +147,7 @@ impl Source {
 /// What opening a file returns: kind, reference, attribution and tiles.
 type Opened = (SourceKind, MapReference, Option<String>, Box<dyn TileReader>);
 
-/// Tells the kinds apart by their first bytes, and texts by their first character.
+/// Distinguishes the kinds by their first bytes, and texts by their first character.
 fn open_by_content(path: &Path, head: &[u8]) -> Result<Opened, OpenError> {
     if let Ok(format) = PixelFormat::of(head) {
         let (picture, reference) = picture::open_with_world_file(path, format)?;

@@ -290,7 +290,7 @@ pub struct InputStatus {
     pub lost: u64,
     /// Data dropped in this process because the component was busy.
     pub dropped: u64,
-    /// Data published between two pulls, which nobody has asked for.
+    /// Data published between two pulls, which no pull has asked for.
     pub skipped: u64,
     /// Messages of its history that were dropped before their time, because all were too long
     /// together.

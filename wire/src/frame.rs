@@ -42,7 +42,7 @@ pub enum FrameKind {
     /// than the last that it was sent.
     Sync = 10,
     /// The answer: nothing newer than what came before it has been published, but for the data
-    /// that follow at once if it says so ([`FLAG_FOLLOWS`]).
+    /// that follow immediately if it announces them ([`FLAG_FOLLOWS`]).
     Synced = 11,
     /// From a publisher, with a file: from here on data come by shared memory.
     MemoryOffer = 12,

@@ -214,6 +214,6 @@ pub enum ProcessEnd {
         /// The operating system's error.
         error: i32,
     },
-    /// The agent has ended it while it was cut off from the launcher, as the file says.
+    /// The agent has ended it while it was cut off from the launcher, as the file specifies.
     CutOff,
 }

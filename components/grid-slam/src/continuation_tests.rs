@@ -133,7 +133,7 @@ fn find(known: &mut KnownMap, drive: &mut Drive, scans: usize) -> Option<Pose> {
 fn a_killed_mapper_continues_in_the_same_frame() {
     let mut drive = Drive::new();
     let mut file = mapped(&mut drive, 130);
-    // The robot goes on while nothing maps.
+    // The robot continues while nothing maps.
     (0..25).for_each(|_| drive.go_on());
     let mut known = known(&file, &drive.scan());
     assert_eq!((known.len, known.slam.scans()), (file.len(), 130));

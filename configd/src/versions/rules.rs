@@ -16,7 +16,7 @@ use crate::history::KeptVersion;
 pub struct VersionRules {
     /// Values with priority over those of every version.
     pub overrides: Vec<Override>,
-    /// The data that time follows, whatever the file says.
+    /// The data that time follows, whatever the file specifies.
     pub clock: Option<String>,
     /// The kinds of components there are; without them only the file itself is checked.
     pub manifests: Option<Manifests>,

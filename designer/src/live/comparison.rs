@@ -40,7 +40,7 @@ impl RunningTexts {
         Some(Self { in_force, played, is_open })
     }
 
-    /// What tells these texts apart from others of the same run.
+    /// What distinguishes these texts from others of the same run.
     pub fn key(&self) -> (u64, Option<u64>, bool) {
         let played = self.played.as_ref().map(|version| version.number);
         (self.in_force.number, played, self.is_open)

@@ -25,7 +25,7 @@ pub fn time_of_day(epoch_s: f64) -> String {
     format!("{:02}:{:02}:{:02} UTC", of_day / 3600, of_day / 60 % 60, of_day % 60)
 }
 
-/// What tells a run apart from others of the same system: its address and its start.
+/// What distinguishes a run from others of the same system: its address and its start.
 pub fn name_run(record: &RunRecord) -> String {
     let started = time_of_day(record.started_s);
     format!("{} at {}, started {started}", record.system, record.registry)

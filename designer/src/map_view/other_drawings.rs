@@ -16,7 +16,7 @@ use crate::map_view::scene::MapScene;
 use crate::map_view::symbol_picture::SymbolPictures;
 use crate::mission::marks::Marks;
 
-/// The most other drawings at once.
+/// The most other drawings at the same time.
 const MAX_OTHERS: usize = 16;
 /// Period with which other files are checked for changes, in seconds.
 const LOOK_EVERY_S: f64 = 1.0;

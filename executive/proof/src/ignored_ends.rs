@@ -65,7 +65,7 @@ impl Proof<'_> {
         if !ending.iter().all(fires) {
             return None;
         }
-        // What fires at once, or only with such values, is what the mission does then.
+        // What fires immediately, or only with such values, is what the mission does then.
         let decides = |id: TransitionId| {
             let must_fire = self.copies(id).into_iter().any(|copy| {
                 let copy = self.net.transition(copy);

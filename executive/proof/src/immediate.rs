@@ -1,5 +1,5 @@
 //! Transitions whose report was forgotten: their guards, over variables alone, do not change while their
-//! place is marked, so they fire at once or never, although the place waits for the end of a task.
+//! place is marked, so they fire immediately or never, although the place waits for the end of a task.
 
 use std::collections::BTreeSet;
 

@@ -1,4 +1,4 @@
-//! For each pair of places, the nearest state in which both are marked: found for all pairs at once,
+//! For each pair of places, the nearest state in which both are marked: found for all pairs together,
 //! since missions of many robots have thousands of pairs to ask for.
 
 use std::collections::HashMap;
@@ -52,7 +52,7 @@ mod tests {
             let name = format!("{from}{to}");
             builder.transition(&name).input(places[from], 1).output(places[to], 1);
         }
-        // Two tokens at once, then f alone.
+        // Two tokens together, then f alone.
         builder.transition("join").input(places[2], 1).input(places[4], 1).output(places[5], 2);
         let net = builder.build().expect("a net");
         let budget =

@@ -1,4 +1,4 @@
-//! What tells executables of two hosts apart: the same kind may be there in another build.
+//! What distinguishes executables of two hosts: the same kind may be there in another build.
 
 use std::fmt::Write;
 use std::fs::File;

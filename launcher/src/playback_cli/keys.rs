@@ -156,7 +156,7 @@ impl KeyReader {
     }
 
     fn give(&mut self, order: PlaybackOrder) {
-        // Several keys at once are carried out one after the other, on what the one before has done.
+        // Several keys together are carried out one after the other, on what the one before has done.
         if let Some(state) = &mut self.state {
             apply(&order, state);
         }

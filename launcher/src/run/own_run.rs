@@ -17,7 +17,7 @@ const SECRET_FILE: &str = ".run-secret";
 pub const STATES: &str = "states";
 /// Names the run to its processes.
 const RUN_VARIABLE: &str = "ARMOR_RUN";
-/// Tells a process whether it is the `first` of its component in this run, or a `later` one.
+/// Informs a process whether it is the `first` of its component in this run, or a `later` one.
 pub const START_VARIABLE: &str = "ARMOR_START";
 /// Hexadecimal digits of a number.
 const DIGITS: usize = 16;

@@ -59,7 +59,7 @@ pub struct ChildProcess {
 pub struct ProcessGroup(Pid);
 
 impl ChildProcess {
-    /// Starts a process, in a control group of its own if the run has one; `of_run` says which start
+    /// Starts a process, in a control group of its own if the run has one; `of_run` states which start
     /// of the run it is. Must be called on the main thread: the kernel kills the process when the
     /// thread that started it ends.
     ///

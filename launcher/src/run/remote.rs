@@ -70,7 +70,7 @@ impl std::fmt::Debug for RemotePlan {
 /// A process on another host. What happens to it when this is dropped, its agent decides.
 #[derive(Debug)]
 pub struct RemoteProcess {
-    /// Tells it apart from other starts.
+    /// Distinguishes it from other starts.
     pub id: u64,
     orders: mpsc::Sender<RemoteOrder>,
 }

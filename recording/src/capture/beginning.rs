@@ -20,7 +20,7 @@ const CLOCK_WITHIN: Duration = Duration::from_millis(200);
 
 /// The data that the time of a system follows, by its file, or by who links to it.
 pub(super) fn find_clock(observed: &ObservedSystem, record: Option<&RunRecord>) -> Option<String> {
-    // A player brings the time of what it plays, whatever the file says.
+    // A player brings the time of what it plays, whatever the file specifies.
     let played = format!("{PLAYBACK}.clock");
     let listed = observed.list().map(|listing| listing.data).unwrap_or_default();
     if listed.iter().any(|entry| entry.data == played) {

@@ -18,7 +18,7 @@ use armor_wire::keep::Keep;
 const LIST_EVERY: Duration = Duration::from_millis(500);
 /// Within this time the registry answers.
 const LISTED_WITHIN: Duration = Duration::from_secs(2);
-/// A process that has not answered by then is pending.
+/// A process that has not answered within this time is pending.
 const ANSWER_WITHIN: Duration = Duration::from_millis(200);
 /// So many looks in a row may show that something is still going on between components; beyond that,
 /// it always is.
@@ -136,8 +136,8 @@ impl Followers {
         }
     }
 
-    /// Asks all at once. A process that does not answer is missing; one that is not waited for anyway
-    /// may be.
+    /// Asks all of them together. A process that does not answer is missing; one that is not waited for
+    /// anyway may be.
     fn ask_statuses(&mut self) -> BTreeMap<String, Status> {
         self.request += 1;
         let request = self.request;

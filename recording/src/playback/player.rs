@@ -43,10 +43,10 @@ const STATE_EVERY: Duration = Duration::from_millis(200);
 /// The first pause between two looks at whether the system has taken what was published, and the
 /// longest one.
 const TAKEN_PAUSES: (Duration, Duration) = (Duration::from_micros(100), Duration::from_millis(5));
-/// So long time goes on after the last message, for a mission that ends with it: a component may need
-/// its next tick to report.
+/// How long time continues after the last message, for a mission that ends with it: a component may
+/// need its next tick to report.
 const AFTER_END_S: f64 = 2.0;
-/// So long time waits for one process, until that has nothing left to do.
+/// How long time waits for one process, until that has nothing left to do.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A component that is played.
@@ -96,7 +96,7 @@ pub struct PlayerOptions {
     pub is_lossless: bool,
     /// The links that must exist before time begins.
     pub awaited: Vec<AwaitedLink>,
-    /// Whether the executive must play its mission before time goes on.
+    /// Whether the executive must play its mission before time continues.
     pub awaits_mission: bool,
 }
 
@@ -450,11 +450,11 @@ impl PlaybackRun {
             }
             PlaybackOrder::Resume => {
                 schedule.resume(now);
-                Ok("it goes on".into())
+                Ok("it continues".into())
             }
             PlaybackOrder::Step { time_s } if time_s.is_finite() && time_s >= 0.0 => {
                 schedule.step(time_s, now)?;
-                Ok("it goes on by one step".into())
+                Ok("it continues by one step".into())
             }
             PlaybackOrder::Step { .. } => Err("the time of a step is not negative".into()),
             PlaybackOrder::Speed { factor } => PlaybackSpeed::of_factor(factor).map(|speed| {

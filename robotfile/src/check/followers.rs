@@ -12,7 +12,7 @@ use crate::findings::Findings;
 use crate::model::{Port, System};
 use crate::source::{Location, Span};
 
-/// Drops them. They appear when the name is mended, if they are more than that.
+/// Drops them. They appear when the name is fixed, if they are more than that.
 pub(super) fn drop_followers(findings: &mut Findings, system: &System) {
     // What comes after meetings that wait for each other is reached by none of the routes.
     if findings.iter().any(|finding| finding.code == Code::MeetingsInCircle) {

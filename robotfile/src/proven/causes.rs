@@ -180,7 +180,7 @@ fn explain_first(checks: Vec<Finding>, cause: Finding) -> Option<Finding> {
     Some(first)
 }
 
-/// Explains checks that fail because the same firings go on forever, by a transition that would leave
+/// Explains checks that fail because the same firings continue forever, by a transition that would leave
 /// them and never fires.
 pub(super) fn explain_endless(proven: &mut Vec<Finding>, mission: &Mission) {
     let is_dead = |result: &&Finding| result.code == Code::NeverFires;

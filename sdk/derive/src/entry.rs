@@ -61,7 +61,7 @@ pub(crate) fn parse_default(meta: &ParseNestedMeta<'_>) -> Result<Lit> {
     })
 }
 
-/// Says how a number with a unit is written, such as the one that `value` begins with.
+/// States how a number with a unit is written, such as the one that `value` begins with.
 fn explain_unquoted(value: &ParseBuffer<'_>) -> Error {
     let mut span: Option<Span> = None;
     let mut text = String::new();

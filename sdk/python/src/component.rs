@@ -189,7 +189,7 @@ pub fn mark_fork() {
 }
 
 /// Ends this process if it is a fork of the component's that comes back from the component's code: it must
-/// not go on as the component, which the process that it is from is.
+/// not continue as the component, which the process that it is from is.
 fn end_fork<T>(py: Python<'_>, function: &str, returned: &PyResult<T>) -> PyResult<()> {
     if IS_FORK.load(Ordering::Relaxed) {
         let error = returned.as_ref().err().map(|error| error.value(py));

@@ -69,7 +69,7 @@ impl DatagramReader {
                 self.owes_receipt |= self.receiver.receive(&buffer[..len]);
                 true
             }
-            // No process at the other end, or not yet: the receipts go on.
+            // No process at the other end, or not yet: the receipts continue.
             Err(error) => error.kind() == io::ErrorKind::Interrupted,
         }
     }

@@ -108,7 +108,7 @@ impl LinkDatagrams {
         has_fallen
     }
 
-    /// How often datagrams have stopped arriving since they last arrived for a whole minute.
+    /// How many times datagrams have stopped arriving since they last arrived for a whole minute.
     pub fn falls(&self) -> u32 {
         self.sender.falls()
     }

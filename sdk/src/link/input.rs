@@ -302,7 +302,7 @@ impl InputPort {
             self.was_paused.store(false, Ordering::Relaxed);
         }
         if lost > 0 && self.is_pulling() {
-            // What was published between two pulls, nobody has asked for.
+            // No pull has asked for what was published between two pulls.
             self.skipped.fetch_add(lost, Ordering::Relaxed);
             return Some(0);
         }

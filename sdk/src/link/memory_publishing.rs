@@ -175,7 +175,7 @@ impl OutgoingLink {
         self.queue.is_empty() || self.drain_queue()
     }
 
-    /// Offers memory to the subscriber. If that is not possible now, frames go on as they did.
+    /// Offers memory to the subscriber. If that is not possible now, frames continue as before.
     fn open_memory(&mut self, created: Result<(LinkMemory, OwnedFd), MemoryError>) {
         let (memory, file) = match created {
             Ok(created) => created,

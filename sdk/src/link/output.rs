@@ -31,7 +31,7 @@ const MAX_TOOLS: usize = 64;
 /// does not.
 const QUEUE_WAIT: Duration = Duration::from_millis(20);
 const RING_WAIT: Duration = Duration::from_micros(50);
-/// A subscriber that keeps up empties its ring within a few calls. For so long the sender only gives
+/// A subscriber that keeps up empties its ring within a few calls. Within this time the sender only gives
 /// way to others: a sleep would take longer.
 const RING_YIELD: Duration = Duration::from_micros(100);
 

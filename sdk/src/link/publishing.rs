@@ -15,7 +15,7 @@ use super::stream::FrameFanOut;
 use super::wire_out::{FLAGS_AT, OfferResult, OutgoingLink};
 
 /// Messages up to this length are gathered, so that many of them are one system call. A longer one is
-/// large: on one host shared memory is faster for it by then, even where several could be gathered
+/// large: on one host shared memory is faster for it, even where several could be gathered
 /// (docs/performance.md); a socket gets it piece by piece, without a copy.
 pub(super) const LARGE_LEN: usize = 16 << 10;
 

@@ -162,7 +162,7 @@ impl OutgoingLink {
         self.queue.is_empty()
     }
 
-    /// Tells the subscriber which data are the newest: those that wait, or those that were sent.
+    /// Informs the subscriber which data are the newest: those that wait, or those that were sent.
     fn answer_sync(&mut self) {
         if !self.queue.is_empty() && !self.drain_queue() {
             return self.queue.insert_answer(frame::synced);

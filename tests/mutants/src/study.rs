@@ -25,7 +25,7 @@ impl TrialResult {
         if example.reached_goal && !mutant.reached_goal {
             missing.push(format!("goal: {}", mutant.ending));
         }
-        // A link or component that the mutant adds has no counterpart that tells what it does.
+        // A link or component that the mutant adds has no counterpart that shows what it does.
         let dead = mutant.links.iter().filter(|(name, delivers)| {
             !**delivers && example.links.get(*name).copied().unwrap_or(true)
         });

@@ -59,7 +59,7 @@ fn few_of_two_thousand_mutants_pass() {
     assert_eq!(counts.all, COUNT);
     assert_eq!(counts.refused + counts.warned + counts.same + counts.other, COUNT);
     assert!(counts.other <= MAX_PASSED, "{} pass with another meaning", counts.other);
-    // What is not XML is refused anyhow and tells nothing.
+    // What is not XML is refused anyhow and shows nothing.
     assert!(mutants.iter().all(|mutant| {
         Example::parse(&examples[mutant.example].path, mutant.text.clone()).is_ok()
     }));

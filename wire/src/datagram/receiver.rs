@@ -39,7 +39,7 @@ pub struct DatagramReceiver {
     receipts: u64,
     /// How many changes it has followed.
     switches: u32,
-    /// Sequences before this one do not come any more, by what the stream and the datagrams said.
+    /// Sequences before this one do not come any more, as stream and datagrams state.
     stream_floor: u64,
     packet_floor: u64,
     /// The sequence after the last that was taken.

@@ -10,7 +10,7 @@ use super::round_trip::RoundTrip;
 use super::{DATAGRAM_LEN, MAX_DATAGRAM_MESSAGE, MAX_RESENT};
 use crate::frame::DataHeader;
 
-/// After so long without a datagram that has arrived, data take the stream.
+/// After this time without a datagram that has arrived, data take the stream.
 const SILENCE: Duration = Duration::from_secs(2);
 /// So many messages in a row, within [`SILENCE`], of which none became whole: the way loses a part of each.
 const MOST_BROKEN: u32 = 5;
@@ -20,14 +20,14 @@ const PROBE_PERIOD: Duration = Duration::from_millis(200);
 /// after each further time, up to 2⁵ times.
 const PROVEN_BY: u32 = 5;
 const MOST_DOUBLINGS: u32 = 5;
-/// After so long in datagrams, earlier times do not count any more.
+/// After this time in datagrams, earlier times do not count any more.
 const FORGIVEN: Duration = Duration::from_secs(60);
 /// A message is sent again this often, at shortening intervals, before the intervals grow: the
 /// subscriber is busy or cut off, and more datagrams would not help it.
 const FAST_TRIES: u32 = 8;
 /// Longest interval between two tries.
 const SLOWEST: Duration = Duration::from_millis(500);
-/// Fragments that are sent again at once. More would only fill the same queue again.
+/// Fragments that are sent again together. More would only fill the same queue again.
 const BURST: usize = 64;
 
 /// A message that may have to be sent again.
@@ -54,7 +54,7 @@ pub struct DatagramSender {
     is_wanted: bool,
     /// Changes between stream and datagrams, those of the subscriber's last receipt among them.
     switches: u32,
-    /// How often datagrams have stopped arriving since they last arrived for a whole minute.
+    /// How many times datagrams have stopped arriving since they last arrived for a whole minute.
     falls: u32,
     /// Receipts since then that show that they arrive.
     proofs: u32,
@@ -142,7 +142,7 @@ impl DatagramSender {
         self.is_wanted = is_wanted;
     }
 
-    /// How often datagrams have stopped arriving since they last arrived for a whole minute.
+    /// How many times datagrams have stopped arriving since they last arrived for a whole minute.
     pub fn falls(&self) -> u32 {
         self.falls
     }

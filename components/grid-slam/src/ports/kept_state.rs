@@ -21,7 +21,7 @@ use crate::state_file::{StateFile, read_state, replace_state};
 
 /// Names the run to its processes. Without it there is no run whose frame could be continued.
 const RUN_VARIABLE: &str = "ARMOR_RUN";
-/// Says whether a process is the first of its component in the run; this value if it is not.
+/// States whether a process is the first of its component in the run; this value if it is not.
 const START_VARIABLE: &str = "ARMOR_START";
 const LATER: &str = "later";
 /// The state is written this often. In a second a robot sees a new aisle, and without the scans of

@@ -58,7 +58,7 @@ impl Console {
             OperatorOrder::LetGo | OperatorOrder::Cancel | OperatorOrder::AcknowledgeAlerts => {
                 Ok(())
             }
-            // Of a run that has ended there is nothing to go on with.
+            // Of a run that has ended there is nothing to continue.
             OperatorOrder::Acknowledge if !self.connection.has_ended() => Ok(()),
             // It is remembered, and is the first that is sent when the connection returns.
             OperatorOrder::Stop if self.connection.is_cut() => Ok(()),

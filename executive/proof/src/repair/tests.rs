@@ -296,7 +296,7 @@ fn a_cancelled_search_keeps_the_findings() {
 
 #[test]
 fn what_no_edit_explains_keeps_its_findings() {
-    // Nothing in the file tells which time was meant.
+    // Nothing in the file shows which time was meant.
     let found = findings(&MISSION.replace("&lt;= 25min", "&lt;= 10s"), PARK);
     let text = found.render(Colours::No);
     assert!(text.contains("can take"), "{text}");

@@ -160,7 +160,7 @@ fn exclusive_components_of_two_routes_are_compared() {
     let met = met.unwrap_or_else(|| panic!("{:#?}", texts(&together)));
     assert_eq!(met.trace.as_ref().map(|it| it.firings.len()), Some(2 + 5), "{met:?}");
     assert!(together.iter().all(|it| it.code != Code::ProvenByRoutes));
-    // The first works before the meeting, the second after it; a route that misses it does not go on.
+    // The first works before the meeting, the second after it; a route that misses it does not continue.
     let meet = |with: &str| format!("<meet name='m' with='{with}' patience='90s'/>");
     let before = works("arm0", "w3", 4) + &meet("r1") + &legs('b', 4);
     let after = legs('a', 4) + &meet("r0") + &works("arm1", "w2", 4);
@@ -177,7 +177,7 @@ fn meetings_without_patience_are_proven_over_all_states() {
     };
     let mut routes: String = (0..2).map(|it| route(it, RALLY, &steps(it), FEW_EXITS)).collect();
     routes += &(2..6).map(|it| route(it, RALLY, &legs('a', 8), EXITS)).collect::<String>();
-    // Beside the routes, something looks at where one has ended.
+    // Next to the routes, something looks at where one has ended.
     let watch = "<place name='w' initial='true'/><place name='v'/><transition name='t' from='w' \
                  to='v' timeout='1min'><inhibitor place='r0-over'/></transition>";
     for more in ["", watch] {

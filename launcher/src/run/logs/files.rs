@@ -19,7 +19,7 @@ use super::{LogLevel, RunLog};
 const MAX_FILE_LEN: u64 = 32 << 20;
 /// Number of renamed files that are kept of each.
 const KEPT_FILES: u32 = 3;
-/// Bytes that are written at once.
+/// Bytes that are written together.
 const WRITE_LEN: usize = 32 << 10;
 /// Most bytes of all renamed files of a run. The journal and the maps are on the same disk.
 const MAX_RENAMED_LEN: u64 = 1 << 30;

@@ -118,7 +118,7 @@ struct TimeWatch {
 }
 
 impl TimeWatch {
-    /// Takes the newest reading of the clock, and returns whether it has not changed for so long that
+    /// Takes the newest reading of the clock, and returns whether it has not changed for a time after which
     /// a person should know.
     fn stands_still(&mut self, reading: Option<&[u8]>, now: Instant) -> bool {
         if reading.is_some() && self.newest.as_deref() != reading {

@@ -16,7 +16,7 @@ pub(super) enum ProcessHandle {
     There(RemoteProcess),
 }
 
-/// Tells the starts of one component apart.
+/// Distinguishes the starts of one component.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum ProcessId {
     Here(ProcessGroup),

@@ -127,7 +127,7 @@ class Observer:
         self, data: str, count: Optional[int] = None, *, timeout: Optional[float] = None, keep: int = 100
     ) -> Iterator[Received]:
         """The messages of an output as they arrive: `count` of them, or all until the system ends or, with
-        a `timeout` in seconds, none has arrived for so long. At most `keep` wait for a reader that is slow;
+        a `timeout` in seconds, none has arrived within it. At most `keep` wait for a reader that is slow;
         the header counts those that are lost.
         """
         _check_reading(count, timeout, keep)

@@ -48,7 +48,7 @@ class TestedComponent(Generic[C]):
     Time begins at `START_S` and passes only in `tick` and `pass_time`. Each input counts as fed.
     """
 
-    #: The name says so to people, not to pytest.
+    #: The name is for people, not for pytest.
     __test__ = False
 
     def __init__(self, of: Type[C], **parameters: Any) -> None:

@@ -145,7 +145,7 @@ impl MissionElements<'_> {
         // An operator repeats what a count ends, too.
         let has_no_end = guard.is_none() && self.has_fault(&[Code::ValueOutside]);
         let rivals = rivals.filter(|_| value(transition, "on").is_some() || has_no_end);
-        // Where a count ends at a value, it goes on below it.
+        // Where a count ends at a value, it continues below it.
         let opposites = rivals.flat_map(|it| {
             let guard = value(it, "when").unwrap_or("");
             [with_operator(guard, OPPOSITES), with_operator(guard, BELOW)].into_iter().flatten()

@@ -70,7 +70,7 @@ impl ExpectedInput {
         inputs.collect()
     }
 
-    /// What its component says of it now.
+    /// What its component reports of it now.
     fn judge(
         &self,
         status: Result<Status, String>,
