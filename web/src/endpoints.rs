@@ -132,7 +132,8 @@ pub(crate) const ENDPOINTS: &[Endpoint] = &[
         "STOP. Any client may order it; 502 if it was refused, 504 if its delivery is not known.",
         JSON, post(stop_routes::stop), stop: true),
     endpoint!("POST" "/api/stop/release", "release",
-        "Releases STOP. Only the client in control may, with the token of its WebSocket.",
+        "Releases STOP. Only the client in control may, with the token of its WebSocket. 409 if it is \
+         refused or STOP was ordered after it, 504 if it has waited too long: then it was not sent.",
         JSON, post(stop_routes::release),
         body: r#"{"type":"object","required":["control"],"additionalProperties":false,
             "properties":{"control":{"type":"string"}}}"#,

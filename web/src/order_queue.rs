@@ -79,7 +79,9 @@ impl OrderQueue {
         self.waiting = others;
         for (release, _) in releases {
             let what = "the order was not sent: STOP or a pause was ordered after it";
-            let _ = release.reply.send(Err(fail_order(StatusCode::CONFLICT, what)));
+            let remedy = "order it again when the robot may move";
+            let failure = WebFailure::new(StatusCode::CONFLICT, what, "the mission", remedy);
+            let _ = release.reply.send(Err(failure));
         }
     }
 }
