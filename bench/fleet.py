@@ -6,7 +6,7 @@
 
 --deadlock     robot 7 waits for robot 6 after leg 30, without patience and without an order that leads on,
                and robot 6 may have parked where it does not end the mission
---exclusive    two robots have an arm each, which exclude each other, on legs that they may drive at once
+--exclusive    two robots have an arm each, which exclude each other, on legs that they may drive at the same time
 --robots N     fewer robots
 --legs N       fewer legs
 --zones N      N no-go zones in rows between the legs and the rally points, around which every exit leads

@@ -8,7 +8,7 @@ use socket2::{Domain, SockRef, Socket, Type};
 
 use crate::stream::Stream;
 
-/// Receive and send buffer, in bytes: a large message is many datagrams at once. The kernel caps it
+/// Receive and send buffer, in bytes: a large message is many datagrams together. The kernel caps it
 /// at its own maximum.
 const BUFFER_LEN: usize = 4 << 20;
 

@@ -8,7 +8,7 @@ use crate::dice::{Dice, seed};
 use crate::fixture::fault_proxy::NetworkFault;
 use crate::fixture::wait_for;
 
-// More than come at once when a fault of some seconds is over: what a busy sink drops from its inbox is
+// More than come together when a fault of some seconds is over: what a busy sink drops from its inbox is
 // counted in its status, and not with the next message, as losses on the way are.
 const LINK: &str = "<link from='source.numbers' to='sink.a' keep='1000' transport='tcp'/>";
 
