@@ -84,7 +84,7 @@ fn align_walls(map: &PlacedMap, reference: &PlacedMap) -> Pose {
     let Some(found) = search(&field, &points, &prior, resolution_m, None) else {
         return Pose::default();
     };
-    let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let free = Expected::new(found.pose, Matrix3::identity());
     let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     refine(&surfaces, &points, found.pose, &free).pose
 }

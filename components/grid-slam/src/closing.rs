@@ -199,7 +199,7 @@ fn match_place(
     if rival.is_some_and(|rival| rival.fit > RIVAL * found.fit) {
         return None;
     }
-    let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let free = Expected::new(found.pose, Matrix3::identity());
     let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     let refined = refine(&fine, &points, found.pose, &free);
     if refined.support < SUPPORT {

@@ -17,6 +17,9 @@ pub struct Config {
     pub threads: usize,
     /// Whether old places are recognised and the whole map is corrected by them.
     pub loop_closing: bool,
+    /// Whether walls that are nearly parallel are taken for parallel, so that they measure the
+    /// heading.
+    pub parallel_walls: bool,
     /// Side of a map cell, metres.
     pub resolution_m: f64,
     /// Where the laser sits on the robot.
@@ -44,6 +47,7 @@ impl Default for Config {
             seed: 1,
             threads: 0,
             loop_closing: true,
+            parallel_walls: true,
             resolution_m: 0.05,
             robot_from_laser: Pose::default(),
             reach: BeamReach { hit_m: 40.0, clear_m: 4.0 },
@@ -77,7 +81,7 @@ impl Config {
         let sigma_rad = REST_RAD + self.bend_radpm * distance_m + self.skid * turned_rad;
         let pose = *from * *motion;
         let information = Vector3::new(sigma_m, sigma_m, sigma_rad).map(|s| 1.0 / (s * s));
-        let expected = Expected { pose, information: Matrix3::from_diagonal(&information) };
+        let expected = Expected::new(pose, Matrix3::from_diagonal(&information));
         let window_m = (SEARCH_SIGMAS * sigma_m).max(LEAST_WINDOW_M);
         let window_rad = (SEARCH_SIGMAS * sigma_rad).max(LEAST_WINDOW_RAD);
         (expected, Prior { pose, sigma_m, sigma_rad, window_m, window_rad })

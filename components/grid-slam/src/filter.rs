@@ -12,6 +12,7 @@ use crate::pose::{Pose, wrapped};
 use crate::refine::pose_difference;
 use crate::scan::{Beam, ScanPoint};
 use crate::snapshot::GridSnapshot;
+use crate::wall_directions::{StraightWall, WallCompass, WallDirections, find_straight_walls};
 use nalgebra::Matrix3;
 use std::num::NonZero;
 
@@ -45,6 +46,7 @@ pub(crate) struct ParticleFilter {
     effective: f64,
     /// The best particle's likelihood field, while its map does not change.
     field: Option<LikelihoodField>,
+    directions: WallDirections,
     travelled_m: f64,
     /// Where the best particle sees the robot, and the odometry of that moment.
     followed: Option<(Pose, Pose)>,
@@ -72,6 +74,7 @@ impl ParticleFilter {
             best: 0,
             effective: count as f64,
             field: None,
+            directions: WallDirections::default(),
             travelled_m: 0.0,
             followed: None,
             drawn: None,
@@ -87,7 +90,10 @@ impl ParticleFilter {
         beams: &[Beam],
         points: &[ScanPoint],
     ) -> ScanEstimate {
-        let (mut pose, mut covariance, score) = self.follow_motion(odometry, points);
+        let walls = self.find_walls(beams);
+        let compass = self.directions.compass(&walls);
+        let (mut pose, mut covariance, score) =
+            self.follow_motion(odometry, points, compass.as_ref());
         let drawn = self.is_news(&pose, stamp_s);
         if drawn {
             let from = self.drawn.as_ref().map_or(odometry, |drawn| drawn.odometry);
@@ -97,9 +103,11 @@ impl ParticleFilter {
                 odometry: from.inverse() * odometry,
                 followed: self.keyframe().inverse() * pose,
                 support: score,
+                compass: compass.as_ref(),
                 number: self.count,
             };
             self.go_on(&news);
+            self.directions.count_walls(&walls, self.keyframe().yaw_rad);
             self.drawn = Some(DrawnScan { odometry, stamp_s });
             (pose, covariance) = (self.keyframe(), self.particle_covariance());
         }
@@ -153,8 +161,10 @@ impl ParticleFilter {
         let grid = SurfaceGrid::new(self.config.resolution_m);
         let weight = -(self.particles.len() as f64).ln();
         let mut one = Particle { pose: before, grid, weight, steps: Vec::new() };
+        self.directions = WallDirections::default();
         for (pose, beams) in scans {
             one.draw(&self.config, &pose, beams);
+            self.directions.count_walls(&self.find_walls(beams), pose.yaw_rad);
             one.pose = pose;
         }
         one.steps.push(ScanStep { pose: one.pose, covariance: Matrix3::identity() * 1e-6 });
@@ -193,7 +203,12 @@ impl ParticleFilter {
     }
 
     /// Finds the scan on the best particle's map: pose, covariance and support.
-    fn follow_motion(&mut self, odometry: Pose, points: &[ScanPoint]) -> (Pose, Matrix3<f64>, f64) {
+    fn follow_motion(
+        &mut self,
+        odometry: Pose,
+        points: &[ScanPoint],
+        compass: Option<&WallCompass>,
+    ) -> (Pose, Matrix3<f64>, f64) {
         let Some((from, last)) = self.followed else {
             return (Pose::default(), Matrix3::identity() * 1e-6, 0.0);
         };
@@ -201,10 +216,15 @@ impl ParticleFilter {
         self.travelled_m += motion.x_m.hypot(motion.y_m);
         let (expected, prior) = self.config.expect_motion(&from, &motion);
         let grid = &self.particles[self.best].grid;
-        match place_scan(grid, &mut self.field, points, &expected, &prior) {
+        match place_scan(grid, &mut self.field, points, &expected, &prior, compass) {
             Some(placed) => (placed.pose, placed.covariance, placed.support),
             None => (expected.pose, expected.information.try_inverse().unwrap_or_default(), 0.0),
         }
+    }
+
+    /// Returns the walls of a scan that may measure the heading.
+    fn find_walls(&self, beams: &[Beam]) -> Vec<StraightWall> {
+        if self.config.parallel_walls { find_straight_walls(beams) } else { Vec::new() }
     }
 
     fn is_news(&self, pose: &Pose, stamp_s: f64) -> bool {

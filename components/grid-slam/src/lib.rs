@@ -31,5 +31,6 @@ pub mod state;
 mod state_file;
 mod sweep;
 mod tile;
+mod wall_directions;
 
 pub use ports::GridSlam;

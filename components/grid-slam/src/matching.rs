@@ -9,6 +9,7 @@ use crate::refine::{
 };
 use crate::scan::ScanPoint;
 use crate::search::search;
+use crate::wall_directions::WallCompass;
 
 /// Scans with fewer points are not matched.
 const FEWEST_POINTS: usize = 8;
@@ -29,6 +30,7 @@ pub(crate) fn place_scan(
     points: &[ScanPoint],
     expected: &Expected,
     prior: &Prior,
+    compass: Option<&WallCompass>,
 ) -> Option<Refined> {
     if points.len() < FEWEST_POINTS {
         return None;
@@ -48,7 +50,9 @@ pub(crate) fn place_scan(
     } else {
         keep_measured(grid, points, &found.pose, expected)
     };
-    let refined = refine(grid, points, start, &expected.doubted(&start));
+    let walls = compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
+    let expected = Expected { walls, ..expected.doubted(&start) };
+    let refined = refine(grid, points, start, &expected);
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
 }
 
@@ -93,7 +97,7 @@ mod tests {
         let motion = Pose::new(0.4, 0.0, 0.0);
         let (expected, prior) =
             Config::default().expect_motion(&(truth * motion.inverse()), &motion);
-        place_scan(grid, &mut None, &points, &expected, &prior).map(|placed| placed.pose)
+        place_scan(grid, &mut None, &points, &expected, &prior, None).map(|placed| placed.pose)
     }
 
     #[test]

@@ -8,6 +8,7 @@ use crate::matching::{BELIEVED_SUPPORT, place_scan};
 use crate::pose::{Point, Pose};
 use crate::refine::{BEAM_WORTH, Expected, Landscape, move_pose, pose_difference, refine};
 use crate::scan::{Beam, ScanPoint};
+use crate::wall_directions::WallCompass;
 use nalgebra::{Matrix3, Vector3};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -49,6 +50,8 @@ pub(crate) struct ScanNews<'a> {
     /// … and as the best particle saw it, with the share of points that lay on its map then.
     pub(crate) followed: Pose,
     pub(crate) support: f64,
+    /// What its walls measure.
+    pub(crate) compass: Option<&'a WallCompass>,
     /// Number of the scan.
     pub(crate) number: u64,
 }
@@ -75,12 +78,14 @@ impl Particle {
         news: &ScanNews<'_>,
         index: usize,
     ) -> (ScanStep, Pose) {
-        let (expected, prior) = config.expect_motion(&self.pose, &news.odometry);
+        let (mut expected, prior) = config.expect_motion(&self.pose, &news.odometry);
         let start = self.pose * news.followed;
+        expected.walls = news.compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
         let near = expected.doubted(&start);
         let mut refined = refine(&self.grid, news.points, start, &near);
         if refined.support < FOLLOWED_SUPPORT * news.support
-            && let Some(own) = place_scan(&self.grid, &mut None, news.points, &expected, &prior)
+            && let Some(own) =
+                place_scan(&self.grid, &mut None, news.points, &expected, &prior, news.compass)
             && own.support > refined.support
         {
             refined = own;

@@ -157,7 +157,7 @@ fn follow_guess(
 ) -> Option<PlaceGuess> {
     let motion = guess.odometry.inverse() * scan.odometry;
     let (expected, prior) = config.expect_motion(&guess.robot, &motion);
-    let placed = place_scan(map, &mut None, scan.points, &expected, &prior)?;
+    let placed = place_scan(map, &mut None, scan.points, &expected, &prior, None)?;
     let (robot, odometry, witnesses) = (placed.pose, scan.odometry, guess.witnesses + 1);
     Some(PlaceGuess { robot, odometry, witnesses, ..*guess })
 }
@@ -208,7 +208,7 @@ fn search_map(map: &SurfaceGrid, points: &[ScanPoint]) -> Option<Pose> {
     if is_rival(&everywhere, Some((&found.pose, APART_M))) || is_rival(&turned, None) {
         return None;
     }
-    let free = Expected { pose: found.pose, information: Matrix3::identity() };
+    let free = Expected::new(found.pose, Matrix3::identity());
     let points: Vec<_> = points.into_iter().map(ScanPoint::from).collect();
     let refined = refine(map, &points, found.pose, &free);
     (refined.support >= SUPPORT_ANYWHERE).then_some(refined.pose)

@@ -5,6 +5,7 @@
 use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose, wrapped};
 use crate::scan::ScanPoint;
+use crate::wall_directions::WallHeading;
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 /// Cells around a point whose surfaces it is compared to.
@@ -45,15 +46,22 @@ pub struct Expected {
     pub pose: Pose,
     /// Its information about x, y and heading.
     pub information: Matrix3<f64>,
+    /// The heading that walls measure, if they do.
+    pub walls: Option<WallHeading>,
 }
 
 impl Expected {
+    /// Makes an expectation by odometry alone.
+    pub fn new(pose: Pose, information: Matrix3<f64>) -> Self {
+        Self { pose, information, walls: None }
+    }
+
     /// Reduces the weight of the odometry the farther it is from where the scan fits.
     pub fn doubted(&self, found: &Pose) -> Self {
         let error = pose_difference(found, &self.pose);
         let trust = |i: usize| 1.0 / (1.0 + error[i] * error[i] * self.information[(i, i)]);
         let scale = Matrix3::from_diagonal(&Vector3::new(trust(0), trust(1), trust(2)));
-        Self { pose: self.pose, information: self.information * scale }
+        Self { information: self.information * scale, ..*self }
     }
 
     /// Returns the projection of a motion on the directions that a scan of this information
@@ -76,11 +84,16 @@ const CONTRADICTED: f64 = -0.5 * DOUBT_SIGMAS * DOUBT_SIGMAS;
 const UNKNOWN: f64 = 0.5 * CONTRADICTED;
 
 impl Expected {
-    /// Logarithm of the likelihood of a pose, up to a constant, with the long tails of wheels.
+    /// Logarithm of the likelihood of a pose, up to a constant, with the long tails of wheels and none
+    /// of walls.
     pub(crate) fn likelihood(&self, pose: &Pose) -> f64 {
         let error = pose_difference(pose, &self.pose);
         let of = |i: usize| error[i] * error[i] * self.information[(i, i)];
-        -(1.0 + of(0) + of(1)).ln() - (1.0 + of(2)).ln()
+        let walls = self.walls.map_or(0.0, |walls| {
+            let off_rad = wrapped(pose.yaw_rad - walls.yaw_rad);
+            -0.5 * off_rad * off_rad * walls.information
+        });
+        walls - (1.0 + of(0) + of(1)).ln() - (1.0 + of(2)).ln()
     }
 }
 
@@ -129,8 +142,12 @@ impl Landscape {
     fn newton_step(&self, pose: &Pose, expected: &Expected) -> Option<Vector3<f64>> {
         let system = self.build_system(pose);
         let error = pose_difference(pose, &expected.pose);
-        let hessian = system.hessian + expected.information;
-        let gradient = system.gradient + expected.information * error;
+        let mut hessian = system.hessian + expected.information;
+        let mut gradient = system.gradient + expected.information * error;
+        if let Some(walls) = expected.walls {
+            hessian.m33 += walls.information;
+            gradient.z += walls.information * wrapped(pose.yaw_rad - walls.yaw_rad);
+        }
         hessian.cholesky().map(|c| -c.solve(&gradient))
     }
 
@@ -312,7 +329,7 @@ mod tests {
     #[test]
     fn what_a_scan_does_not_measure_is_taken_from_a_motion() {
         let information = Matrix3::from_diagonal(&Vector3::new(1000.0, 1000.0, 1e5));
-        let odometry = Expected { pose: Pose::default(), information };
+        let odometry = Expected::new(Pose::default(), information);
         // A corridor at 30 degrees.
         let (sin, cos) = 30f64.to_radians().sin_cos();
         let (along, across) = (Vector3::new(cos, sin, 0.0), Vector3::new(-sin, cos, 0.0));

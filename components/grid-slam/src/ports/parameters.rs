@@ -26,6 +26,9 @@ pub(super) struct GridSlamParameters {
     /// old places are recognised, and the whole map is corrected by them
     #[parameter(default = true)]
     pub loop_closing: bool,
+    /// walls that are nearly parallel are taken for parallel: they measure the heading
+    #[parameter(default = true)]
+    pub parallel_walls: bool,
     /// side of a map cell
     #[parameter(unit = "m", default = "0.05m", range = 0.01..=1.0)]
     pub resolution_m: f64,
@@ -75,6 +78,7 @@ impl GridSlamParameters {
             seed: self.seed,
             threads: self.threads,
             loop_closing: self.loop_closing,
+            parallel_walls: self.parallel_walls,
             resolution_m: self.resolution_m,
             // Without it no scan is taken.
             robot_from_laser: self.robot_from_laser().unwrap_or_default(),

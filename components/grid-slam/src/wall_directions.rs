@@ -1,0 +1,204 @@
+//! What straight walls say about the robot's heading.
+//!
+//! Long walls of a building are parallel to others far away. A scan that is matched with the last few
+//! metres of the map does not know that: in each new corridor the heading errs by a little more, and
+//! the position with it, until a loop is closed. So the directions of all long walls are counted. A
+//! wall that is nearly parallel to many others measures the heading against all of them. Walls in
+//! other directions measure nothing, and nor does any where no direction has many walls.
+//!
+//! The idea is that of Nguyen, Harati, Martinelli, Siegwart and Tomatis, *Orthogonal SLAM* (IROS
+//! 2006), without right angles, which buildings have less exactly, and without leaving other walls out
+//! of the map.
+
+use crate::pose::Point;
+use crate::scan::Beam;
+use nalgebra::{Matrix2, Vector2};
+use std::f64::consts::PI;
+
+/// Beams that end farther apart than this do not end on one wall, metres.
+const GAP_M: f64 = 0.6;
+/// Points may be this far from the line between the first and the last one, metres.
+const STRAIGHT_M: f64 = 0.05;
+/// Shorter walls do not count, metres.
+const LEAST_LENGTH_M: f64 = 1.5;
+const FEWEST_POINTS: usize = 8;
+/// Scatter of the points of a wall, metres.
+const ROUGHNESS_M: f64 = 0.02;
+/// Share of an independent measurement that a point is worth: neighbours err together.
+const POINT_WORTH: f64 = 0.15;
+
+/// Cells of the count of directions, over 180 degrees.
+const CELLS: usize = 1800;
+/// Walls this close are parallel, radians: a scan's heading is known better than that.
+const PARALLEL_RAD: f64 = PI / 180.0;
+/// … in cells.
+const PARALLEL_CELLS: usize = (PARALLEL_RAD / PI * CELLS as f64) as usize;
+/// A direction has many walls if this share of the length of all walls belongs to it …
+const DIRECTED_SHARE: f64 = 0.2;
+/// … and if walls of this many drawn scans are known.
+const FEWEST_SCANS: usize = 5;
+/// The walls of one scan measure the heading at best with this standard deviation, radians: walls are
+/// not built more exactly.
+const BUILT_RAD: f64 = 0.3 * PI / 180.0;
+
+/// A straight wall in a scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct StraightWall {
+    /// Its direction in the robot's frame, radians.
+    angle_rad: f64,
+    length_m: f64,
+    /// How exactly the direction is known, rad⁻².
+    information: f64,
+}
+
+/// The heading according to walls.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallHeading {
+    /// The heading in the map, radians.
+    pub yaw_rad: f64,
+    /// Its information, rad⁻².
+    pub information: f64,
+}
+
+/// The directions of the walls on a map.
+#[derive(Clone, Debug)]
+pub(crate) struct WallDirections {
+    /// Length of the walls in each direction of the map, metres, over 180 degrees.
+    lengths_m: Vec<f64>,
+    scan_count: usize,
+}
+
+impl Default for WallDirections {
+    fn default() -> Self {
+        Self { lengths_m: vec![0.0; CELLS], scan_count: 0 }
+    }
+}
+
+impl WallDirections {
+    /// Counts the walls of a scan that was drawn at this heading.
+    pub(crate) fn count_walls(&mut self, walls: &[StraightWall], yaw_rad: f64) {
+        for wall in walls {
+            let turned = (wall.angle_rad + yaw_rad).rem_euclid(PI) / PI;
+            self.lengths_m[(turned * CELLS as f64) as usize % CELLS] += wall.length_m;
+        }
+        self.scan_count += usize::from(!walls.is_empty());
+    }
+
+    /// Returns the directions that many walls have, radians, the one with most of them first.
+    fn find_directions(&self) -> Vec<f64> {
+        let mut directions_rad = Vec::new();
+        let mut left_m = self.lengths_m.clone();
+        let least_m = DIRECTED_SHARE * left_m.iter().sum::<f64>();
+        let around = |middle: usize| {
+            let first = middle + CELLS - PARALLEL_CELLS;
+            (first..=first + 2 * PARALLEL_CELLS).map(|cell| cell % CELLS)
+        };
+        while self.scan_count >= FEWEST_SCANS {
+            let length_m = |middle: usize| around(middle).map(|cell| left_m[cell]).sum::<f64>();
+            let lengths = (0..CELLS).map(|middle| (middle, length_m(middle)));
+            let longest = lengths.max_by(|one, other| one.1.total_cmp(&other.1));
+            let Some((middle, with_it_m)) = longest.filter(|(_, it_m)| *it_m > least_m) else {
+                break;
+            };
+            let of_cell =
+                |(at, cell): (usize, usize)| (at as f64 - PARALLEL_CELLS as f64) * left_m[cell];
+            let off: f64 = around(middle).enumerate().map(of_cell).sum::<f64>() / with_it_m;
+            directions_rad.push((middle as f64 + 0.5 + off) / CELLS as f64 * PI);
+            around(middle).for_each(|cell| left_m[cell] = 0.0);
+        }
+        directions_rad
+    }
+
+    /// Returns what the walls of a scan can be compared with; `None` if there is nothing to compare.
+    pub(crate) fn compass(&self, walls: &[StraightWall]) -> Option<WallCompass> {
+        if walls.is_empty() {
+            return None;
+        }
+        let directions_rad = self.find_directions();
+        (!directions_rad.is_empty()).then(|| WallCompass { walls: walls.to_vec(), directions_rad })
+    }
+}
+
+/// The walls of a scan, and the directions that many walls of the map have.
+#[derive(Clone, Debug)]
+pub(crate) struct WallCompass {
+    walls: Vec<StraightWall>,
+    directions_rad: Vec<f64>,
+}
+
+impl WallCompass {
+    /// Returns the heading, close to the one that is given, at which the walls are parallel to those of
+    /// the map; `None` if no wall is nearly parallel to them.
+    pub(crate) fn measure_heading(&self, yaw_rad: f64) -> Option<WallHeading> {
+        let (mut weighted_rad, mut information) = (0.0, 0.0);
+        for wall in &self.walls {
+            let off_rad = |direction_rad: &f64| {
+                let turns = (wall.angle_rad + yaw_rad - direction_rad) / PI;
+                (turns - turns.round()) * PI
+            };
+            let offs_rad = self.directions_rad.iter().map(off_rad);
+            let least_rad = offs_rad.min_by(|one, other| one.abs().total_cmp(&other.abs()));
+            if let Some(off_rad) = least_rad.filter(|off_rad| off_rad.abs() < PARALLEL_RAD) {
+                weighted_rad += off_rad * wall.information;
+                information += wall.information;
+            }
+        }
+        if information <= 0.0 {
+            return None;
+        }
+        let variance = BUILT_RAD * BUILT_RAD + information.recip();
+        let yaw_rad = yaw_rad - weighted_rad / information;
+        Some(WallHeading { yaw_rad, information: variance.recip() })
+    }
+}
+
+/// Returns the long straight walls in a scan: neighbouring points, split where they are farthest from
+/// the line between the first and the last one (Nguyen, Martinelli, Tomatis and Siegwart, IROS 2005,
+/// section II).
+pub(crate) fn find_straight_walls(beams: &[Beam]) -> Vec<StraightWall> {
+    let (mut walls, mut run) = (Vec::new(), Vec::<Vector2<f64>>::new());
+    for beam in beams {
+        let Point { x_m, y_m } = beam.end;
+        let end = Vector2::new(x_m, y_m);
+        let goes_on = run.last().is_none_or(|last| (end - last).norm() <= GAP_M);
+        if !beam.hit || !goes_on {
+            split_at_corners(&run, &mut walls);
+            run.clear();
+        }
+        if beam.hit {
+            run.push(end);
+        }
+    }
+    split_at_corners(&run, &mut walls);
+    walls
+}
+
+fn split_at_corners(points: &[Vector2<f64>], walls: &mut Vec<StraightWall>) {
+    let mut parts = vec![points];
+    while let Some(part) = parts.pop() {
+        let [first, .., last] = part else { continue };
+        let along = last - first;
+        let length_m = along.norm();
+        if part.len() < FEWEST_POINTS || length_m < 1e-6 {
+            continue;
+        }
+        let off_m = part.iter().map(|point| along.perp(&(point - first)).abs() / length_m);
+        let farthest = off_m.enumerate().max_by(|one, other| one.1.total_cmp(&other.1));
+        match farthest {
+            Some((at, off_m)) if off_m > STRAIGHT_M => parts.extend([&part[..=at], &part[at..]]),
+            _ if length_m >= LEAST_LENGTH_M => walls.push(fit_wall(part, length_m)),
+            _ => {}
+        }
+    }
+}
+
+fn fit_wall(points: &[Vector2<f64>], length_m: f64) -> StraightWall {
+    let count = points.len() as f64;
+    let mean = points.iter().sum::<Vector2<f64>>() / count;
+    let scatter: Matrix2<f64> =
+        points.iter().map(|point| (point - mean) * (point - mean).transpose()).sum();
+    let angle_rad = 0.5 * (2.0 * scatter.m12).atan2(scatter.m11 - scatter.m22);
+    // Points that are spread evenly over the length.
+    let arms = (count * POINT_WORTH).max(1.0) * length_m * length_m / 12.0;
+    StraightWall { angle_rad, length_m, information: arms / (ROUGHNESS_M * ROUGHNESS_M) }
+}
