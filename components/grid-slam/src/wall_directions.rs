@@ -202,3 +202,147 @@ fn fit_wall(points: &[Vector2<f64>], length_m: f64) -> StraightWall {
     let arms = (count * POINT_WORTH).max(1.0) * length_m * length_m / 12.0;
     StraightWall { angle_rad, length_m, information: arms / (ROUGHNESS_M * ROUGHNESS_M) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points every 5 cm from one corner to the next, as a robot sees them that has a heading in the
+    /// drawing.
+    fn beams_along(corners: &[[f64; 2]], yaw_rad: f64) -> Vec<Beam> {
+        let mut beams = Vec::new();
+        let (sin, cos) = yaw_rad.sin_cos();
+        for pair in corners.windows(2) {
+            let [[from_x, from_y], [to_x, to_y]] = [pair[0], pair[1]];
+            let steps = ((to_x - from_x).hypot(to_y - from_y) / 0.05).round() as i32;
+            beams.extend((0..=steps).map(|step| f64::from(step) / f64::from(steps)).map(|part| {
+                let (x_m, y_m) = (from_x + part * (to_x - from_x), from_y + part * (to_y - from_y));
+                let end = Point { x_m: cos * x_m + sin * y_m, y_m: cos * y_m - sin * x_m };
+                Beam { end, hit: true }
+            }));
+        }
+        beams
+    }
+
+    /// Two walls of 4 and 3 m that meet at an angle, the first of them along x.
+    fn corner(degrees: f64) -> Vec<[f64; 2]> {
+        let (sin, cos) = degrees.to_radians().sin_cos();
+        vec![[-2.0, 2.0], [2.0, 2.0], [2.0 - 3.0 * cos, 2.0 - 3.0 * sin]]
+    }
+
+    /// The directions after ten scans of a drawing, each at the right heading.
+    fn learn_directions(corners: &[[f64; 2]]) -> WallDirections {
+        let mut directions = WallDirections::default();
+        for turn in 0..10 {
+            let yaw_rad = f64::from(turn) * 0.7;
+            directions.count_walls(&find_straight_walls(&beams_along(corners, yaw_rad)), yaw_rad);
+        }
+        directions
+    }
+
+    /// How far the heading that is measured is from the true one, degrees, if the robot supposes it
+    /// to be `off` degrees off.
+    fn measure(known: &WallDirections, seen: &[[f64; 2]], off: f64) -> Option<f64> {
+        let yaw_rad = 1.3;
+        let walls = find_straight_walls(&beams_along(seen, yaw_rad));
+        let found = known.compass(&walls)?.measure_heading(yaw_rad + off.to_radians())?;
+        assert!(found.information > 0.0 && found.information <= (BUILT_RAD * BUILT_RAD).recip());
+        Some((found.yaw_rad - yaw_rad).to_degrees())
+    }
+
+    /// Whether that is known to a cell of the count.
+    fn is_right(found: Option<f64>) -> bool {
+        found.is_some_and(|found| found.abs() < 0.1)
+    }
+
+    #[test]
+    fn walls_end_at_corners_and_gaps() {
+        let with_gap = [corner(90.0), vec![[-2.0, -3.0], [0.0, -3.0]]];
+        let beams: Vec<_> = with_gap.iter().flat_map(|part| beams_along(part, 0.0)).collect();
+        let mut walls = find_straight_walls(&beams);
+        walls.sort_by(|one, other| one.length_m.total_cmp(&other.length_m));
+        let lengths_m: Vec<_> = walls.iter().map(|wall| wall.length_m).collect();
+        for (found, right) in lengths_m.iter().zip([2.0, 3.0, 4.0]) {
+            assert!((found - right).abs() < 0.11, "{lengths_m:?}");
+        }
+        assert_eq!(walls.len(), 3);
+        let degrees: Vec<_> = walls.iter().map(|wall| wall.angle_rad.to_degrees()).collect();
+        assert!(degrees[0].abs() < 0.5 && (degrees[1].abs() - 90.0).abs() < 0.5, "{degrees:?}");
+        // A long wall tells the heading better than a short one.
+        assert!(walls[0].information < walls[1].information);
+    }
+
+    #[test]
+    fn what_is_short_or_round_is_no_wall() {
+        let circle: Vec<_> = (0..=36).map(|n| f64::from(n * 10).to_radians().sin_cos()).collect();
+        let circle: Vec<_> = circle.into_iter().map(|(sin, cos)| [2.0 * cos, 2.0 * sin]).collect();
+        assert_eq!(find_straight_walls(&beams_along(&circle, 0.0)), []);
+        assert_eq!(find_straight_walls(&beams_along(&[[0.0, 1.0], [1.2, 1.0]], 0.0)), []);
+        let one = Beam { end: Point { x_m: 1.0, y_m: 0.0 }, hit: true };
+        let nothing = Beam { hit: false, ..one };
+        for beams in [vec![], vec![one], vec![one; 20], vec![nothing; 20]] {
+            assert_eq!(find_straight_walls(&beams), [], "{} beams", beams.len());
+        }
+        let mut dotted = beams_along(&[[0.0, 1.0], [3.0, 1.0]], 0.0);
+        dotted.iter_mut().step_by(5).for_each(|beam| beam.hit = false);
+        assert_eq!(find_straight_walls(&dotted), []);
+    }
+
+    #[test]
+    fn walls_measure_the_heading_against_parallel_ones() {
+        for degrees in [90.0, 88.5, 60.0] {
+            let known = learn_directions(&corner(degrees));
+            for off in [-0.8, 0.0, 0.5] {
+                let found = measure(&known, &corner(degrees), off);
+                assert!(is_right(found), "{degrees}, {off}: {found:?}");
+                // Each of the two walls alone, too.
+                let corners = corner(degrees);
+                assert!(is_right(measure(&known, &corners[..2], off)));
+                assert!(is_right(measure(&known, &corners[1..], off)));
+            }
+            assert_eq!(measure(&known, &corner(degrees)[..2], 1.5), None, "not nearly parallel");
+        }
+    }
+
+    #[test]
+    fn directions_are_found_over_the_end_of_the_count() {
+        let mut directions = WallDirections::default();
+        let walls = find_straight_walls(&beams_along(&[[-3.0, 1.0], [3.0, 1.0]], 0.0));
+        for yaw_rad in [-0.006, -0.004, -0.002, 0.002, 0.004, 0.006] {
+            directions.count_walls(&walls, yaw_rad);
+        }
+        let found = directions.find_directions();
+        assert_eq!(found.len(), 1, "{found:?}");
+        let off_rad = found[0] - (found[0] / PI).round() * PI;
+        assert!(off_rad.abs() < 0.001, "{found:?}");
+    }
+
+    #[test]
+    fn few_scans_and_directions_of_few_walls_measure_nothing() {
+        let walls = find_straight_walls(&beams_along(&corner(90.0), 0.0));
+        let mut directions = WallDirections::default();
+        for scans in 0..FEWEST_SCANS {
+            assert!(directions.compass(&walls).is_none(), "{scans} scans");
+            directions.count_walls(&[], 0.0);
+            assert!(directions.compass(&walls).is_none(), "a scan without walls does not count");
+            directions.count_walls(&walls, 0.0);
+        }
+        assert!(directions.compass(&walls).is_some());
+        assert!(directions.compass(&[]).is_none());
+
+        // Walls all around, 12 degrees apart.
+        let mut around = WallDirections::default();
+        let one = find_straight_walls(&beams_along(&[[-3.0, 1.0], [3.0, 1.0]], 0.0));
+        (0..15).for_each(|turn| around.count_walls(&one, f64::from(turn) * 12f64.to_radians()));
+        assert!(around.compass(&one).is_none());
+    }
+
+    #[test]
+    fn a_wall_in_another_direction_does_not_spoil_the_measurement() {
+        let known = learn_directions(&corner(90.0));
+        let mut seen = corner(90.0);
+        let last = seen[seen.len() - 1];
+        seen.push([last[0] - 4.0, last[1] - 0.25]);
+        assert!(is_right(measure(&known, &seen, 0.4)), "a wall 3.6 degrees askew");
+    }
+}
