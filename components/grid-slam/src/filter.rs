@@ -91,7 +91,7 @@ impl ParticleFilter {
         points: &[ScanPoint],
     ) -> ScanEstimate {
         let walls = self.find_walls(beams);
-        let compass = self.directions.compass(&walls);
+        let compass = self.directions.build_compass(&walls);
         let (mut pose, mut covariance, score) =
             self.follow_motion(odometry, points, compass.as_ref());
         let drawn = self.is_news(&pose, stamp_s);
@@ -107,7 +107,7 @@ impl ParticleFilter {
                 number: self.count,
             };
             self.go_on(&news);
-            self.directions.count_walls(&walls, self.keyframe().yaw_rad);
+            self.directions.count_walls(&walls, &self.keyframe());
             self.drawn = Some(DrawnScan { odometry, stamp_s });
             (pose, covariance) = (self.keyframe(), self.particle_covariance());
         }
@@ -164,7 +164,7 @@ impl ParticleFilter {
         self.directions = WallDirections::default();
         for (pose, beams) in scans {
             one.draw(&self.config, &pose, beams);
-            self.directions.count_walls(&self.find_walls(beams), pose.yaw_rad);
+            self.directions.count_walls(&self.find_walls(beams), &pose);
             one.pose = pose;
         }
         one.steps.push(ScanStep { pose: one.pose, covariance: Matrix3::identity() * 1e-6 });

@@ -50,8 +50,8 @@ pub(crate) fn place_scan(
     } else {
         keep_measured(grid, points, &found.pose, expected)
     };
-    let walls = compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
-    let expected = Expected { walls, ..expected.doubted(&start) };
+    let wall_heading = compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
+    let expected = Expected { wall_heading, ..expected.doubted(&start) };
     let refined = refine(grid, points, start, &expected);
     (refined.support >= BELIEVED_SUPPORT).then_some(refined)
 }

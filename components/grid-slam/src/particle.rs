@@ -80,7 +80,8 @@ impl Particle {
     ) -> (ScanStep, Pose) {
         let (mut expected, prior) = config.expect_motion(&self.pose, &news.odometry);
         let start = self.pose * news.followed;
-        expected.walls = news.compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
+        expected.wall_heading =
+            news.compass.and_then(|compass| compass.measure_heading(start.yaw_rad));
         let near = expected.doubted(&start);
         let mut refined = refine(&self.grid, news.points, start, &near);
         if refined.support < FOLLOWED_SUPPORT * news.support
@@ -100,6 +101,9 @@ impl Particle {
             refined.landscape = Landscape::new(&self.grid, news.points, &expected.pose);
             (expected.pose, refined.covariance)
         };
+        // The scan may be placed far from where it was supposed to be: there other walls measure.
+        expected.wall_heading =
+            news.compass.and_then(|compass| compass.measure_heading(centre.yaw_rad));
         let proposal =
             Proposal::sample_pose(&refined.landscape, &expected, &centre, &spread, &mut random);
         self.weight += BEAM_WORTH * proposal.weight;

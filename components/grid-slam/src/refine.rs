@@ -1,6 +1,6 @@
 //! Refines a pose below the size of a cell: Gauss-Newton on the distances of the scan's points to
 //! the local distribution of the map's surface points (after Biber and Straßer's NDT, IROS 2003),
-//! with the odometry as one more measurement.
+//! with the odometry as one more measurement, and another one of the heading where walls give it.
 
 use crate::grid::SurfaceGrid;
 use crate::pose::{Point, Pose, wrapped};
@@ -29,7 +29,7 @@ const STILL_RAD: f64 = 2e-5;
 pub struct Refined {
     /// The pose.
     pub pose: Pose,
-    /// Covariance of x, y (m²) and heading (rad²), the prior included.
+    /// Covariance of x, y (m²) and heading (rad²), with the odometry and without the walls.
     pub covariance: Matrix3<f64>,
     /// Information that the scan alone gives about x, y and heading.
     pub information: Matrix3<f64>,
@@ -39,21 +39,22 @@ pub struct Refined {
     pub(crate) landscape: Landscape,
 }
 
-/// The pose by odometry, as a Gaussian.
+/// What is known of a pose before the scan is matched: by odometry, as a Gaussian, and its heading by
+/// walls.
 #[derive(Clone, Copy, Debug)]
 pub struct Expected {
-    /// Its mean.
+    /// The pose by odometry.
     pub pose: Pose,
     /// Its information about x, y and heading.
     pub information: Matrix3<f64>,
     /// The heading that walls measure, if they do.
-    pub walls: Option<WallHeading>,
+    pub(crate) wall_heading: Option<WallHeading>,
 }
 
 impl Expected {
-    /// Makes an expectation by odometry alone.
+    /// Makes an expectation without walls.
     pub fn new(pose: Pose, information: Matrix3<f64>) -> Self {
-        Self { pose, information, walls: None }
+        Self { pose, information, wall_heading: None }
     }
 
     /// Reduces the weight of the odometry the farther it is from where the scan fits.
@@ -84,12 +85,12 @@ const CONTRADICTED: f64 = -0.5 * DOUBT_SIGMAS * DOUBT_SIGMAS;
 const UNKNOWN: f64 = 0.5 * CONTRADICTED;
 
 impl Expected {
-    /// Logarithm of the likelihood of a pose, up to a constant, with the long tails of wheels and none
-    /// of walls.
+    /// Logarithm of the likelihood of a pose, up to a constant. The odometry's errors have long tails;
+    /// the walls' error is Gaussian.
     pub(crate) fn likelihood(&self, pose: &Pose) -> f64 {
         let error = pose_difference(pose, &self.pose);
         let of = |i: usize| error[i] * error[i] * self.information[(i, i)];
-        let walls = self.walls.map_or(0.0, |walls| {
+        let walls = self.wall_heading.map_or(0.0, |walls| {
             let off_rad = wrapped(pose.yaw_rad - walls.yaw_rad);
             -0.5 * off_rad * off_rad * walls.information
         });
@@ -144,7 +145,7 @@ impl Landscape {
         let error = pose_difference(pose, &expected.pose);
         let mut hessian = system.hessian + expected.information;
         let mut gradient = system.gradient + expected.information * error;
-        if let Some(walls) = expected.walls {
+        if let Some(walls) = expected.wall_heading {
             hessian.m33 += walls.information;
             gradient.z += walls.information * wrapped(pose.yaw_rad - walls.yaw_rad);
         }
@@ -291,6 +292,22 @@ pub(crate) fn points_in_front(grid: &SurfaceGrid, points: &[Point], pose: &Pose)
     points.iter().filter(is_in_front).copied().collect()
 }
 
+/// Returns a symmetric matrix whose negative eigenvalues are zero. Points that lie farther apart than a
+/// wall that fills the neighbourhood would give less than no information: the farther a scan were from
+/// them, the better it would fit, without any limit.
+fn clear_negative(matrix: Matrix2<f64>) -> Matrix2<f64> {
+    let middle = matrix.trace() / 2.0;
+    let spread = (0.5 * (matrix.m11 - matrix.m22)).hypot(matrix.m12);
+    let (least, most) = (middle - spread, middle + spread);
+    if least >= 0.0 {
+        matrix
+    } else if most <= 0.0 {
+        Matrix2::zeros()
+    } else {
+        (matrix - Matrix2::identity() * least) * (most / (most - least))
+    }
+}
+
 /// Weighted mean and scatter of the surface points around `world` that are not seen from behind.
 fn read_patch(grid: &SurfaceGrid, world: Point, view: [f64; 2]) -> Option<Patch> {
     let [x, y] = grid.cell_of(world);
@@ -318,13 +335,72 @@ fn read_patch(grid: &SurfaceGrid, world: Point, view: [f64; 2]) -> Option<Patch>
     let within = (scatter + Matrix2::identity() * roughness).try_inverse()?;
     // Along a wall that fills the neighbourhood the scatter is the neighbourhood's: it carries no
     // information.
-    let information = within - Matrix2::identity() / (width_m * width_m + roughness);
+    let information =
+        clear_negative(within - Matrix2::identity() / (width_m * width_m + roughness));
     Some(Patch { mean: mean + Vector2::new(world.x_m, world.y_m), information })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::Beam;
+
+    #[test]
+    fn no_scan_fits_better_than_exactly() {
+        // Two posts as far apart as the map compares: their scatter is larger than that of a wall.
+        let mut grid = SurfaceGrid::new(0.05);
+        let ends = [[1.0, 0.03], [1.0, -0.27], [1.3, 0.03], [1.02, 0.3]];
+        let beam = |[x_m, y_m]: [f64; 2]| Beam { end: Point { x_m, y_m }, hit: true };
+        let beams: Vec<_> = ends.into_iter().map(beam).collect();
+        (0..3).for_each(|_| grid.insert(&Pose::default(), Point::default(), &beams));
+        for step in -40..=40 {
+            for across in -40..=40 {
+                let (x_m, y_m) = (1.1 + 0.01 * f64::from(step), 0.01 * f64::from(across));
+                let point = ScanPoint::from(Point { x_m, y_m });
+                let landscape = Landscape::new(&grid, &[point], &Pose::default());
+                for (_, patch) in &landscape.seen {
+                    let least = patch.information.symmetric_eigenvalues().min();
+                    assert!(least > -1e-6, "{x_m:.2}, {y_m:.2}: {least}");
+                }
+                for moved in -20..=20 {
+                    let pose = Pose::new(0.05 * f64::from(moved), 0.0, 0.0);
+                    let value = landscape.likelihood(&pose);
+                    assert!((2.0 * CONTRADICTED..=1e-9).contains(&value), "{value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn negative_eigenvalues_are_cleared_and_others_kept() {
+        let (sin, cos) = 0.7_f64.sin_cos();
+        let turned = Matrix2::new(cos, -sin, sin, cos);
+        let with = |one: f64, other: f64| {
+            turned * Matrix2::from_diagonal(&Vector2::new(one, other)) * turned.transpose()
+        };
+        for (one, other) in [(3.0, 2.0), (3.0, -2.0), (-3.0, -2.0), (-1.0, 5.0), (0.0, 0.0)] {
+            let right = with(f64::max(one, 0.0), f64::max(other, 0.0));
+            assert!((clear_negative(with(one, other)) - right).norm() < 1e-9, "{one}, {other}");
+        }
+    }
+
+    #[test]
+    fn walls_turn_a_scan_that_fits_anywhere() {
+        let grid = SurfaceGrid::new(0.05);
+        let information = Matrix3::from_diagonal(&Vector3::new(1000.0, 1000.0, 3000.0));
+        let heading = WallHeading { yaw_rad: 0.04, information: 9000.0 };
+        let mut expected = Expected::new(Pose::new(0.1, 0.2, 0.0), information);
+        let points = [ScanPoint::from(Point { x_m: 1.0, y_m: 0.0 })];
+        let found = |expected: &Expected| refine(&grid, &points, expected.pose, expected).pose;
+        assert!(found(&expected).yaw_rad.abs() < 1e-9);
+        expected.wall_heading = Some(heading);
+        // Three quarters of the information.
+        let turned = found(&expected);
+        assert!((turned.yaw_rad - 0.03).abs() < 1e-6, "{turned:?}");
+        assert!(turned.distance_m(&expected.pose) < 1e-9);
+        let at_walls = Pose { yaw_rad: heading.yaw_rad, ..expected.pose };
+        assert!(expected.likelihood(&at_walls) > expected.likelihood(&expected.pose));
+    }
 
     #[test]
     fn what_a_scan_does_not_measure_is_taken_from_a_motion() {

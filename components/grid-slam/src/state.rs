@@ -34,8 +34,8 @@ pub enum StateError {
     },
 }
 
-/// The parameters that a state and its mapper must have in common: with others, the same scans give
-/// another map.
+/// The parameters that a state and its mapper must have in common: with others, the stored scans cannot
+/// be drawn and continued.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StateFit {
     resolution_m: f64,
