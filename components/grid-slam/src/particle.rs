@@ -112,11 +112,8 @@ impl Particle {
             return (step, centre);
         }
         let drawn = move_pose(&proposal.mean, &(proposal.root * random.draw_normals()));
-        if news.points.iter().all(ScanPoint::measures_all) {
-            return (step, drawn);
-        }
-        // In the other directions particles would only guess apart, and the one whose guess fits
-        // marks on a bare wall best would win.
+        // In directions that the scan does not measure, such as along an aisle, particles would only
+        // guess apart, and the one whose guess fits marks on a bare wall best would win.
         let measured = expected.measured_part(&refined.information);
         (step, move_pose(&centre, &(measured * pose_difference(&drawn, &centre))))
     }

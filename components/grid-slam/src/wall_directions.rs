@@ -108,13 +108,16 @@ impl WallDirections {
     /// Returns the directions that many walls have, radians, the one with most of them first.
     fn find_directions(&self) -> Vec<f64> {
         let mut directions_rad = Vec::new();
+        if self.scan_count < FEWEST_SCANS {
+            return directions_rad;
+        }
         let mut left_m = self.lengths_m.clone();
         let least_m = DIRECTED_SHARE * left_m.iter().sum::<f64>();
         let around = |middle: usize| {
             let first = middle + CELLS - PARALLEL_CELLS;
             (first..=first + 2 * PARALLEL_CELLS).map(|cell| cell % CELLS)
         };
-        while self.scan_count >= FEWEST_SCANS {
+        loop {
             let length_m = |middle: usize| around(middle).map(|cell| left_m[cell]).sum::<f64>();
             let lengths = (0..CELLS).map(|middle| (middle, length_m(middle)));
             let longest = lengths.max_by(|one, other| one.1.total_cmp(&other.1));

@@ -26,7 +26,8 @@ pub(super) struct GridSlamParameters {
     /// old places are recognised, and the whole map is corrected by them
     #[parameter(default = true)]
     pub loop_closing: bool,
-    /// walls that are nearly parallel are taken for parallel: they measure the heading
+    /// long walls within 1 degree of a direction that many walls have measure the heading; false where
+    /// walls differ by less
     #[parameter(default = true)]
     pub parallel_walls: bool,
     /// side of a map cell
